@@ -16,6 +16,7 @@ from benchmarks.crowd import crowd
 from benchmarks.faults.matrix import faults
 from benchmarks.footprint import footprint
 from benchmarks.harness import NotHereError, Row
+from benchmarks.large import large
 from benchmarks.latency import latency
 from benchmarks.mutants import mutants
 from benchmarks.mutants.mutations import MUTANTS
@@ -51,6 +52,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "plan": plan,
     "verbs": verbs,
     "shell": from_shell,
+    "large": large,
     "building": building,
     "topic-list": topic_list,
     "topic-stream": topic_stream,
