@@ -12,7 +12,7 @@ from launcher.bag.bag_model import BagError, one_line
 
 FORMATS = ("zstd",)
 MODES = ("none", "file", "message")
-PRESETS = {"none": "none", "fastwrite": "none", "zstd_fast": "zstd", "zstd_small": "zstd"}
+PRESETS = {"none": "none", "fastwrite": "none", "zstd_fast": "zstd", "zstd_small": "zstd_small"}
 _PIECE = 1 << 20
 # Pieces up to this size, or up to so many times their compressed size, are believed to be so large.
 _USUAL_BYTES, _USUAL_RATIO = 128 * _PIECE, 1000
@@ -102,11 +102,25 @@ def exactly(data: bytes, size: int, format_name: str) -> bytes:
         raise ValueError(f"it would have {size} bytes, compressed to {len(data)}")
     else:
         try:
-            found = _read(_PIECES[format_name](data), size)
+            found = _at_once(data, size) if format_name == "zstd" else b""
+            found = found or _read(_PIECES[format_name](data), size)
         except (RuntimeError, EOFError, MemoryError) as error:  # of lz4
             raise ValueError(one_line(error)) from None
     if len(found) != size:
         raise ValueError(f"it has {len(found)} bytes, and says {size}")
+    return found
+
+
+def _at_once(data: bytes, size: int) -> bytes:
+    """One frame of zstd that says this size; nothing of another one, or of several. ValueError."""
+    import zstandard
+
+    try:
+        if not size or zstandard.frame_content_size(data) != size:
+            return b""
+        found: bytes = zstandard.ZstdDecompressor().decompress(data, allow_extra_data=False)
+    except zstandard.ZstdError as error:
+        raise ValueError(one_line(error)) from None
     return found
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from launcher.bag import bag_actions, bag_services, quantity_texts
-from launcher.bag.bag_model import Qos, Topic
+from launcher.bag.bag_model import Qos, Times, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.topic_course import (
     ASCII_BLOCKS,
@@ -38,7 +38,7 @@ class Info:
 
     bag: Bag
     topics: list[Topic]
-    times: dict[str, list[int]] | None = None
+    times: Times | None = None
     sizes: dict[str, int] | None = None
     calls: dict[str, bag_services.CallCounter] = field(default_factory=dict)
 
@@ -219,7 +219,7 @@ def _rate_lines(info: Info, width: int, blocks: str) -> Iterator[str]:
     header = _numbers("min", "mean", "max", "gap (s)")
     yield f"{'':{name_width}}  {'':{parts}}  {header}"
     for topic in topics:
-        times = info.times.get(topic.name, [])
+        times: Sequence[int] = info.times.get(topic.name, [])
         found = course(times, extent.start_ns, extent.end_ns, parts)
         gap = longest_gap(times)
         numbers = _numbers(
@@ -295,7 +295,7 @@ def _topic(info: Info, topic: Topic) -> dict[str, Any]:
 
 
 def _rate(info: Info, topic: Topic) -> dict[str, Any]:
-    times = (info.times or {}).get(topic.name, [])
+    times: Sequence[int] = (info.times or {}).get(topic.name, [])
     extent = info.bag.extent
     found = course(times, extent.start_ns, extent.end_ns, _JSON_PARTS)
     gap = longest_gap(times)

@@ -14,6 +14,7 @@ from mcap.records import Message as Record
 
 from launcher.bag import metadata
 from launcher.bag.bag_model import (
+    LAST_NS,
     BagError,
     ChannelTopic,
     Definition,
@@ -178,12 +179,21 @@ class McapFile:
         chunks.sort(key=lambda one: (one.message_start_time, one.chunk_start_offset))
         waiting: list[tuple[int, int, Channel, Record]] = []
         for number, chunk in enumerate(chunks):
-            while waiting and waiting[0][0] < chunk.message_start_time:
-                yield heapq.heappop(waiting)[2:]
             if stopped():
                 return
-            for offset, channel, record in self._of_chunk(chunk, topics, span):
-                heapq.heappush(waiting, (record.log_time, number << 64 | offset, channel, record))
+            found = sorted(
+                (record.log_time, number << 64 | offset, channel, record)
+                for offset, channel, record in self._of_chunk(chunk, topics, span)
+            )
+            following = chunks[number + 1 : number + 2]
+            before_ns = following[0].message_start_time if following else LAST_NS
+            for one in found:
+                if waiting or one[0] >= before_ns:
+                    heapq.heappush(waiting, one)
+                else:
+                    yield one[2:]
+            while waiting and waiting[0][0] < before_ns:
+                yield heapq.heappop(waiting)[2:]
         while waiting:
             yield heapq.heappop(waiting)[2:]
 
@@ -201,7 +211,7 @@ class McapFile:
     def _of_chunk(
         self, chunk: ChunkIndex, topics: frozenset[str] | None, span: Span
     ) -> Iterator[tuple[int, Channel, Record]]:
-        source = RecordSource(self._stream, chunk.chunk_start_offset)
+        source = RecordSource(self._stream, chunk.chunk_start_offset, has_crc=False)
         place = source.head()
         if place.opcode != Opcode.CHUNK:
             raise Damage("its summary says that a chunk is where none is")

@@ -66,11 +66,12 @@ def name_of(opcode: int) -> str:
 
 
 class RecordSource:
-    """A file from `offset` on, with the checksum of what has been read of it."""
+    """A file from `offset` on; with `has_crc`, the checksum of what has been read of it."""
 
-    def __init__(self, stream: IO[bytes], offset: int = 0) -> None:
+    def __init__(self, stream: IO[bytes], offset: int = 0, *, has_crc: bool = True) -> None:
         self.size = stream.seek(0, os.SEEK_END)
         self.crc = 0
+        self._has_crc = has_crc
         self._stream = stream
         self.seek(offset)
 
@@ -105,7 +106,8 @@ class RecordSource:
 
     def read(self, length: int) -> bytes:
         data = self._stream.read(length)
-        self.crc = zlib.crc32(data, self.crc)
+        if self._has_crc:
+            self.crc = zlib.crc32(data, self.crc)
         return data
 
     def peek(self, place: RecordPlace, most: int) -> bytes:
@@ -190,17 +192,18 @@ def check_times(record: object) -> None:
             raise Damage(f"a {type(record).__name__.lower()} has an impossible time")
 
 
-def message_of(contents: bytes) -> Message:
-    """Damage."""
-    if len(contents) < _MESSAGE.size:
+def message_of(contents: bytes, begin: int = 0, end: int | None = None) -> Message:
+    """The message in these bytes, or in a part of them. Damage."""
+    end = len(contents) if end is None else end
+    if end - begin < _MESSAGE.size:
         raise Damage("a message record is damaged (it is too short)")
-    channel_id, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(contents)
+    channel_id, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(contents, begin)
     if log_ns > LAST_NS or publish_ns > LAST_NS:
         raise Damage("a message has an impossible time")
     return Message(
         channel_id=channel_id,
         log_time=log_ns,
-        data=contents[_MESSAGE.size :],
+        data=contents[begin + _MESSAGE.size : end],
         publish_time=publish_ns,
         sequence=sequence,
     )
@@ -233,11 +236,10 @@ def records_in(data: bytes) -> Iterator[tuple[int, Any]]:
         begin = offset + HEAD.size
         if length > end - begin:
             raise Damage(f"it ends within a {name_of(opcode)}")
-        contents = data[begin : begin + length]
         if opcode == Opcode.MESSAGE:
-            yield offset, message_of(contents)
+            yield offset, message_of(data, begin, begin + length)
         elif (kind := _KINDS.get(opcode)) is not None:
-            yield offset, parse(kind, contents)
+            yield offset, parse(kind, data[begin : begin + length])
         offset = begin + length
 
 

@@ -6,9 +6,11 @@ import contextlib
 import functools
 import heapq
 import itertools
+import operator
 import os
 import re
 import stat
+from array import array
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -20,6 +22,7 @@ from launcher.bag.bag_model import (
     Extent,
     Message,
     Span,
+    Times,
     Topic,
     merged,
     never,
@@ -181,19 +184,20 @@ class Bag:
         for stream in streams:
             yield from stream
 
-    def times(self) -> dict[str, list[int]]:
+    def times(self) -> Times:
         """The times of the messages of each topic, sorted. BagError.
 
         It takes no more than the indexes where a file has them.
         """
-        found: dict[str, list[int]] = {}
+        found: Times = {}
         for path in self.files:
             with self._opened(path) as file:
                 for topic, times in file.times().items():
-                    found.setdefault(topic, []).extend(times)
-        for times_ns in found.values():
-            times_ns.sort()
-        return found
+                    if topic in found:
+                        found[topic].extend(times)
+                    else:
+                        found[topic] = times
+        return {topic: _sorted(times) for topic, times in found.items()}
 
     def _of_file(
         self,
@@ -212,6 +216,13 @@ class Bag:
                     yield message._replace(data=decompress(message.data))
                 except ValueError as error:
                     raise BagError(f"{path}: {error}") from None
+
+
+def _sorted(times: array[int]) -> array[int]:
+    """Most are, and a list of them takes five times the memory."""
+    if all(map(operator.le, times, itertools.islice(times, 1, None))):
+        return times
+    return array("q", sorted(times))
 
 
 def open_storage(path: str) -> McapFile | SqliteFile:

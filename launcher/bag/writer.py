@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import shutil
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-
-from mcap.writer import CompressionType, IndexType, Writer
 
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.bag_model import (
@@ -24,7 +21,7 @@ from launcher.bag.bag_model import (
     Topic,
     summed,
 )
-from launcher.bag.mcap_repair import LIBRARY, PROFILE
+from launcher.bag.mcap_output import McapStream
 from launcher.bag.metadata import File, Metadata
 
 CHUNK_BYTES = 1024 * 1024
@@ -301,24 +298,11 @@ class McapOutput:
         self.extent = Extent()
         self._channels: dict[str, int] = {}
         self._schemas: dict[tuple[str, Definition | None], int] = {}
-        self._stream = io.BufferedWriter(io.FileIO(path, "wb"))
         chunk_bytes = CHUNK_BYTES
         if storage.max_bytes:
             chunk_bytes = min(chunk_bytes, max(storage.max_bytes // 8, 1024))
-        compressions = {
-            "zstd": CompressionType.ZSTD,
-            "lz4": CompressionType.LZ4,
-            "none": CompressionType.NONE,
-        }
-        self._writer = Writer(
-            self._stream,
-            chunk_size=chunk_bytes,
-            compression=compressions[storage.chunk_compression],
-            index_types=IndexType.ALL,
-            enable_data_crcs=True,
-        )
-        self._writer.start(profile=PROFILE, library=LIBRARY)
-        self._stream.flush()  # from now on it can be read
+        # from now on it can be read
+        self._stream = McapStream(path, chunk_bytes, storage.chunk_compression)
 
     @property
     def closed(self) -> bool:
@@ -326,7 +310,7 @@ class McapOutput:
 
     @property
     def size_bytes(self) -> int:
-        return self._stream.tell()
+        return self._stream.size_bytes
 
     @property
     def entry(self) -> File:
@@ -336,12 +320,12 @@ class McapOutput:
         definition = topic.definition
         schema = self._schemas.get((topic.type, definition))
         if schema is None:
-            schema = self._schemas[topic.type, definition] = self._writer.register_schema(
+            schema = self._schemas[topic.type, definition] = self._stream.add_schema(
                 topic.type,
                 definition.encoding if definition else ROS2_MSG,
                 definition.text.encode("utf-8", "surrogateescape") if definition else b"",
             )
-        self._channels[topic.name] = self._writer.register_channel(
+        self._channels[topic.name] = self._stream.add_channel(
             topic.name,
             topic.serialization,
             schema,
@@ -353,26 +337,21 @@ class McapOutput:
 
     def write(self, message: Message) -> None:
         self.extent.add(message.topic, message.log_ns)
-        self._writer.add_message(
+        self._stream.add_message(
             self._channels[message.topic],
             message.log_ns,
-            message.data,
             message.publish_ns,
             message.sequence & 0xFFFFFFFF,
+            message.data,
         )
 
     def flush(self) -> None:
-        self._writer.flush()
+        self._stream.flush()
 
     def finish(self, metadata_text: str) -> None:
-        self._writer.flush()
-        self._writer.add_metadata(_METADATA_NAME, {"serialized_metadata": metadata_text})
-        self._writer.finish()
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
-        self._stream.close()
+        self._stream.add_metadata(_METADATA_NAME, {"serialized_metadata": metadata_text})
+        self._stream.finish()
 
     def abandon(self) -> None:
         """Close the file with whatever has reached it."""
-        with contextlib.suppress(OSError):  # what is still in the buffer
-            self._stream.close()
+        self._stream.abandon()

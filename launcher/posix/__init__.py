@@ -20,6 +20,7 @@ Doors:
   text printed to closed or narrow outputs; helper processes keep a separate descriptor for
   messages (`keep_for_messages`), since Fast DDS prints to standard output. `keys`: those that are
   typed, by name.
+* `allocator`: memory that is freed is kept for the next large buffer.
 * `log_folder`: a folder for logs that can be written. `socket_directory`: the private folder of
   sockets.
 * `domains`: ROS domain ids and the range of discovery. `domain_lease`: a domain for exclusive use.

@@ -131,7 +131,8 @@ class FlightRecorder:
             self._take_requests(now)
             if self._due is not None and now >= self._due.at_s:
                 self._begin_writing()
-            time.sleep(PERIOD_S)
+            if not self._recorder.is_behind:
+                time.sleep(PERIOD_S)
         self._finish()
 
     # ---- requests

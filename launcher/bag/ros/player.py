@@ -21,6 +21,7 @@ from launcher.bag.topic_selection import Selection
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count
+from launcher.posix.allocator import keep_freed_memory
 from launcher.ros.verb import GraphAccess, observing, warn
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ class PlayOptions:
 
 def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     """Play until the end, or Ctrl-C; the exit code. BagError, VerbError if nothing is played."""
+    keep_freed_memory()
     with ending(interrupts=True):
         return _play(access, bags, options)
 

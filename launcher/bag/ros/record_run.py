@@ -29,6 +29,7 @@ from launcher.bag.writer import BagWriter, Storage
 from launcher.base.errors import ExitCode
 from launcher.base.text import count
 from launcher.packages.distribution import installed
+from launcher.posix.allocator import keep_freed_memory
 from launcher.posix.domains import why_empty
 from launcher.ros.verb import GraphAccess, observing, warn
 
@@ -62,6 +63,7 @@ class RecordOptions:
 
 def record(access: GraphAccess, options: RecordOptions, recorder_options: RecorderOptions) -> int:
     """Record; the exit code. BagError if the folder exists, or cannot be written."""
+    keep_freed_memory()
     with ending(interrupts=False) as stopped, ExitStack() as stack:
         writer = _new_writer(options, options.folder)
         observer = stack.enter_context(observing(access, listens=True))
@@ -249,7 +251,8 @@ class _RecordRun:
                 if self.is_recording:
                     self._record()
                 self._status.draw()
-                time.sleep(PERIOD_S)
+                if not (self.is_recording and self._recorder.is_behind):
+                    time.sleep(PERIOD_S)
 
     def _record(self) -> None:
         if self._recorder.poll():

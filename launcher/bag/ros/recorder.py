@@ -78,7 +78,7 @@ class Recorded:
 class Recorder:
     """Records into a sink; `notes` is called with a sentence for users.
 
-    Call `poll` every `PERIOD_S`.
+    Call `poll` every `PERIOD_S`, and at once while it `is_behind`.
     """
 
     def __init__(
@@ -94,6 +94,7 @@ class Recorder:
         self.paused = False
         self.discovers = True  # looks for new topics
         self.is_taking = False
+        self.is_behind = False  # some topic had more than its turn took
         # Called with each message, also while it pauses: topic, time of publishing, of receiving.
         self.watch: Callable[[str, int, int], None] | None = None
         self._observer = observer
@@ -282,9 +283,10 @@ class Recorder:
         if self._clock is not None:
             self._read_clock()
         self.is_taking = True
-        number = sum(map(self._take_from, self.topics.values()))
+        numbers = [self._take_from(one) for one in self.topics.values()]
+        self.is_behind = max(numbers, default=0) >= _BURST
         self.is_taking = False
-        return number
+        return sum(numbers)
 
     def now_ns(self) -> int:
         """The time of messages that are received now; 0 before the first /clock."""

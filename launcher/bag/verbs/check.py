@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 def _check(options: Parsed) -> int:
     from launcher.bag import check
+    from launcher.posix.allocator import keep_freed_memory
 
+    keep_freed_memory()
     reports = [check.check(path) for path in options.bags]
     if options.repair:
         for report in reports:

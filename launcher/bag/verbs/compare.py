@@ -53,7 +53,9 @@ def _compare(options: Parsed) -> int:
     from launcher.bag.comparing.field_difference import Rules
     from launcher.bag.comparing.topic_traits import Limit, Tolerances
     from launcher.bag.reader import Bag
+    from launcher.posix.allocator import keep_freed_memory
 
+    keep_freed_memory()
     bags = Bag(options.a), Bag(options.b)
     for bag in bags:
         warn_of(bag)

@@ -35,7 +35,9 @@ def _offset(word: str) -> Moment:
 def _convert(options: Parsed) -> int:
     from launcher.bag.converting.convert import STDOUT, convert
     from launcher.bag.reader import Bag
+    from launcher.posix.allocator import keep_freed_memory
 
+    keep_freed_memory()
     parts = _parts(options)
     if not options.output:
         raise UsageError("-o OUT is missing", hint="a new folder, or a file: .mcap, .csv, .jsonl")

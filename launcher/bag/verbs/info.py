@@ -28,6 +28,10 @@ def _info(options: Parsed) -> int:
     from launcher.bag import info
     from launcher.bag.topic_course import BLOCKS
 
+    if options.verbose:  # reads all messages
+        from launcher.posix.allocator import keep_freed_memory
+
+        keep_freed_memory()
     found = [
         info.read(
             path,

@@ -1,0 +1,238 @@
+"""Writes an MCAP file: messages in chunks, their indexes, and at the end the summary.
+
+The records are those of the library's writer. That one copies each message four times into growing
+buffers; the pages of these are new to the process each time, and for messages of megabytes to
+touch them takes longer than writing. Here a message is copied once, into its chunk.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import sys
+import zlib
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import Channel, ChunkIndex, Header, Metadata, MetadataIndex, Schema
+
+from launcher.bag.bag_model import Extent
+from launcher.bag.mcap_records import HEAD, MAGIC
+from launcher.bag.mcap_repair import LIBRARY, PROFILE, summary_of
+from launcher.bag.mcap_scan import McapScan
+
+_MESSAGE = struct.Struct("<BQHIQQ")  # head; channel, sequence, log time, publish time
+_MESSAGE_BYTES = _MESSAGE.size - HEAD.size
+_CHUNK = struct.Struct("<QQQI")  # first time, last time, size, checksum
+_INDEX = struct.Struct("<HI")  # channel, size
+_SIZE = struct.Struct("<Q")
+_MOST_PIECES = 64  # of a chunk that is written as it is; more are joined first
+
+# Compressions of chunks: their name in the file, and the level. Of point clouds and images level 1
+# leaves 1 to 5 % more bytes than level 3, which takes up to 7 times as long.
+_LEVELS = {
+    "zstd": ("zstd", 1),
+    "zstd_small": ("zstd", 3),
+    "lz4": ("lz4", 0),
+    "none": ("", 0),
+}
+
+
+class McapStream:
+    """One file. OSError if writing fails; struct.error for a time before 1970.
+
+    A chunk ends after `chunk_bytes`; `compression` is a key of `_LEVELS`.
+    """
+
+    def __init__(self, path: str, chunk_bytes: int, compression: str) -> None:
+        self._file = io.FileIO(path, "wb")
+        self._chunk_bytes = chunk_bytes
+        self._name, level = _LEVELS[compression]
+        self._compress = _compressor(self._name, level)
+        self._found = McapScan(header=Header(PROFILE, LIBRARY))
+        self._parts: list[bytes] = []  # of the chunk
+        self._size = 0
+        self._indexes: dict[int, array[int]] = {}  # channel -> time and offset of each message
+        self._write((MAGIC, _bytes_of(self._found.header)))
+
+    @property
+    def closed(self) -> bool:
+        return self._file.closed
+
+    @property
+    def size_bytes(self) -> int:
+        """Of what is in the file."""
+        return self._found.end
+
+    def add_schema(self, name: str, encoding: str, data: bytes) -> int:
+        """Its number in the file."""
+        number = len(self._found.schemas) + 1
+        schema = Schema(id=number, name=name, encoding=encoding, data=data)
+        self._found.schemas[number] = schema
+        self._add(_bytes_of(schema))
+        return number
+
+    def add_channel(
+        self, topic: str, encoding: str, schema: int, metadata: Mapping[str, str]
+    ) -> int:
+        """Its number in the file."""
+        number = len(self._found.channels) + 1
+        channel = Channel(
+            id=number,
+            topic=topic,
+            message_encoding=encoding,
+            metadata=dict(metadata),
+            schema_id=schema,
+        )
+        self._found.channels[number] = channel
+        self._add(_bytes_of(channel))
+        return number
+
+    def add_message(
+        self, channel: int, log_ns: int, publish_ns: int, sequence: int, data: bytes
+    ) -> None:
+        length = len(data)
+        head = _MESSAGE.pack(
+            Opcode.MESSAGE, _MESSAGE_BYTES + length, channel, sequence, log_ns, publish_ns
+        )
+        index = self._indexes.get(channel)
+        if index is None:
+            index = self._indexes[channel] = array("Q")
+        index.append(log_ns)
+        index.append(self._size)
+        self._parts += (head, data)
+        self._size += _MESSAGE.size + length
+        if self._size > self._chunk_bytes:
+            self.flush()
+
+    def _add(self, record: bytes) -> None:
+        self._parts.append(record)
+        self._size += len(record)
+
+    def flush(self) -> None:
+        """Write the chunk, if it has messages."""
+        if not self._indexes:
+            return
+        parts, size = self._parts, self._size
+        if self._compress is not None or len(parts) > _MOST_PIECES:
+            parts = [b"".join(parts)]
+        crc = _checksum(parts)
+        if self._compress is not None:
+            parts = [self._compress(parts[0])]
+        self._write_chunk(parts, size, crc)
+        self._parts, self._size, self._indexes = [], 0, {}
+
+    def _write_chunk(self, parts: Sequence[bytes], size: int, crc: int) -> None:
+        found, compressed = self._found, sum(map(len, parts))
+        times = [time for index in self._indexes.values() for time in _ends(index)]
+        name = self._name.encode()
+        fields = _CHUNK.pack(min(times), max(times), size, crc)
+        head = fields + len(name).to_bytes(4, "little") + name + _SIZE.pack(compressed)
+        length = len(head) + compressed
+        chunk = ChunkIndex(
+            chunk_length=HEAD.size + length,
+            chunk_start_offset=found.end,
+            compression=self._name,
+            compressed_size=compressed,
+            message_end_time=max(times),
+            message_index_length=0,
+            message_index_offsets={},
+            message_start_time=min(times),
+            uncompressed_size=size,
+        )
+        indexes = self._index_records(chunk)
+        self._write((HEAD.pack(Opcode.CHUNK, length) + head, *parts, indexes))
+        found.chunks.append(chunk)
+        for channel, index in self._indexes.items():
+            number = len(index) // 2
+            found.counts[channel] = found.counts.get(channel, 0) + number
+            found.extent.merge(Extent({str(channel): number}, *_ends(index)))
+
+    def _index_records(self, chunk: ChunkIndex) -> bytes:
+        """Those behind a chunk, which gets their offsets."""
+        found = []
+        start = chunk.chunk_start_offset + chunk.chunk_length
+        for channel, index in self._indexes.items():
+            if sys.byteorder == "big":
+                index = array("Q", index)
+                index.byteswap()
+            pairs = index.tobytes()
+            chunk.message_index_offsets[channel] = start + chunk.message_index_length
+            head = HEAD.pack(Opcode.MESSAGE_INDEX, _INDEX.size + len(pairs))
+            found += [head, _INDEX.pack(channel, len(pairs)), pairs]
+            chunk.message_index_length += HEAD.size + _INDEX.size + len(pairs)
+        return b"".join(found)
+
+    def add_metadata(self, name: str, entries: Mapping[str, str]) -> None:
+        """Behind the messages so far."""
+        self.flush()
+        record = _bytes_of(Metadata(name=name, metadata=dict(entries)))
+        index = MetadataIndex(offset=self._found.end, length=len(record), name=name)
+        self._write((record,))
+        self._found.metadata.append(index)
+
+    def finish(self) -> None:
+        """Write the summary, and close the file when it is on the disk."""
+        self.flush()
+        _write_all(self._file.fileno(), (summary_of(self._found),))
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file with whatever has reached it."""
+        self._file.close()
+
+    def _write(self, pieces: Sequence[bytes]) -> None:
+        found = self._found
+        found.crc = _checksum(pieces, found.crc)
+        _write_all(self._file.fileno(), pieces)
+        found.end += sum(map(len, pieces))
+
+
+def _compressor(name: str, level: int) -> Callable[[bytes], bytes] | None:
+    """None for no compression."""
+    if name == "zstd":
+        import zstandard
+
+        return zstandard.ZstdCompressor(level=level).compress
+    if name == "lz4":
+        import lz4.frame
+
+        compress: Callable[[bytes], bytes] = lz4.frame.compress
+        return compress
+    return None
+
+
+def _bytes_of(record: Any) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    found: bytes = builder.end()
+    return found
+
+
+def _ends(index: array[int]) -> tuple[int, int]:
+    """The first and the last time of a message index."""
+    times = index[::2]
+    return min(times), max(times)
+
+
+def _checksum(pieces: Sequence[bytes], crc: int = 0) -> int:
+    for piece in pieces:
+        crc = zlib.crc32(piece, crc)
+    return crc
+
+
+def _write_all(descriptor: int, pieces: Sequence[bytes]) -> None:
+    """In one call, or more where the system takes less. OSError."""
+    left: list[bytes | memoryview] = [piece for piece in pieces if piece]
+    while left:
+        written = os.writev(descriptor, left)
+        while left and written >= len(left[0]):
+            written -= len(left[0])
+            del left[0]
+        if written:
+            left[0] = memoryview(left[0])[written:]

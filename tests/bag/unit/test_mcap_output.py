@@ -1,0 +1,105 @@
+"""Our writer of MCAP files: the records of the library's writer, byte by byte."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from mcap.data_stream import RecordBuilder
+from mcap.records import DataEnd
+from mcap.writer import CompressionType, Writer
+
+from launcher.bag.compression import PRESETS
+from launcher.bag.mcap_output import McapStream
+from launcher.bag.mcap_scan import scan
+from launcher.bag.writer import Storage
+from tests.support.bags import agreed_counts, counting, write_bag
+
+CHUNK_BYTES = 20_000
+COMPRESSIONS = {
+    "none": CompressionType.NONE,
+    "lz4": CompressionType.LZ4,
+    "zstd_small": CompressionType.ZSTD,  # of the library's level
+}
+
+
+def contents() -> list[tuple[int, int, int, int, bytes]]:
+    """Channel, times, number and data: chunks of many messages, of one, and times out of order."""
+    sizes = [10] * 1500 + [30_000, 500, 0, 70_000]
+    return [
+        (n % 3 % 2 + 1, 10**18 + n * 1000 * (-1) ** n, n, n, os.urandom(size // 2) + bytes(size))
+        for n, size in enumerate(sizes)
+    ]
+
+
+def by_library(path: Path, compression: CompressionType, messages: list) -> bytes:
+    """The data section of its file; it begins the third channel after some messages."""
+    with path.open("wb") as stream:
+        options = {"chunk_size": CHUNK_BYTES, "compression": compression}
+        writer = Writer(stream, **options, enable_data_crcs=True)
+        writer.start(profile="ros2", library="launcher")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+        for name in ("/a", "/b"):
+            writer.register_channel(name, "cdr", schema, {"topic_type_hash": "1"})
+        for number, (channel, log_ns, publish_ns, sequence, data) in enumerate(messages):
+            if number == len(messages) // 2:
+                writer.register_channel("/later", "cdr", schema, {})
+            writer.add_message(channel, log_ns, data, publish_ns, sequence)
+        writer.flush()
+        writer.add_metadata("rosbag2", {"x": "y"})
+        writer.finish()
+    return data_of(path)
+
+
+def by_us(path: Path, compression: str, messages: list) -> bytes:
+    writer = McapStream(str(path), CHUNK_BYTES, compression)
+    schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+    for name in ("/a", "/b"):
+        writer.add_channel(name, "cdr", schema, {"topic_type_hash": "1"})
+    for number, message in enumerate(messages):
+        if number == len(messages) // 2:
+            writer.add_channel("/later", "cdr", schema, {})
+        writer.add_message(*message)
+    writer.add_metadata("rosbag2", {"x": "y"})
+    assert writer.size_bytes == path.stat().st_size
+    writer.finish()
+    return data_of(path)
+
+
+def data_of(path: Path) -> bytes:
+    """All before the summary; that is whole, too."""
+    with path.open("rb") as stream:
+        found = scan(stream)
+        assert not found.faults
+        assert found.finished
+    end = RecordBuilder()
+    DataEnd(found.crc).write(end)
+    record = end.end()
+    raw = path.read_bytes()
+    assert raw[found.end : found.end + len(record)] == record
+    return raw[: found.end]
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_the_data_are_those_of_the_library(tmp_path: Path, compression: str):
+    messages = contents()
+    expected = by_library(tmp_path / "library.mcap", COMPRESSIONS[compression], messages)
+
+    assert by_us(tmp_path / "ours.mcap", compression, messages) == expected
+
+
+def test_a_system_that_takes_less_gets_the_rest(tmp_path: Path, monkeypatch):
+    messages = contents()
+    expected = by_us(tmp_path / "whole.mcap", "none", messages)
+    monkeypatch.setattr(os, "writev", lambda file, pieces: os.write(file, pieces[0][:7001]))
+
+    assert by_us(tmp_path / "parts.mcap", "none", messages) == expected
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_each_preset_can_be_read(tmp_path: Path, preset: str):
+    messages = counting("/a", 500)
+    bag = write_bag(tmp_path / "b", messages, storage=Storage(chunk_compression=PRESETS[preset]))
+
+    assert agreed_counts(bag) == {"/a": 500}
