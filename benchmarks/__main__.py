@@ -9,7 +9,17 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import bags, discovery, hosts, hundred, saving, warm, web, web_load
+from benchmarks import (
+    bag_limits,
+    bags,
+    discovery,
+    hosts,
+    hundred,
+    saving,
+    warm,
+    web,
+    web_load,
+)
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -70,6 +80,8 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "bag-record": bags.record,
     "bag-play": bags.play,
     "bag-flight": bags.flight,
+    "bag-limit": bag_limits.limit,
+    "bag-large": bag_limits.large,
     "web-first": web.first,
     "web-hundred": web.hundred,
     "web-300": web_load.many,

@@ -75,6 +75,7 @@ def _environment(prefix: Path) -> dict[str, str]:
     before = os.environ.get("AMENT_PREFIX_PATH", sys.prefix)
     path = os.pathsep.join(filter(None, (str(REPOSITORY), os.environ.get("PYTHONPATH"))))
     variables = {"AMENT_PREFIX_PATH": f"{prefix}:{before}", "ROS_LOG_DIR": str(prefix / "log")}
+    variables["TMPDIR"] = str(prefix)  # ROS 2 leaves its parameter files there
     return {**python_environment(), **variables, "PYTHONPATH": path}
 
 
