@@ -10,9 +10,9 @@ import pytest
 from std_msgs.msg import String
 
 from launcher.posix.ports import participants_by_domain
-from launcher.ros.discovery.discovery_reader import _VENDOR as VENDOR
 from launcher.ros.discovery.discovery_reader import read_graph
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.discovery.rtps import UNKNOWN_VENDOR
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import eventually, launcher
 from tests.support.waiting import wait_until
@@ -54,7 +54,9 @@ def test_a_reader_is_forgotten_at_once(env, observer, monkeypatch):
 
     by_reader(int(env["ROS_DOMAIN_ID"]))
     # A GID begins with the vendor of the DDS stack; only the reader's is unknown.
-    wait_until(lambda: not any(gid.startswith(VENDOR) for gid in gids()), "the reader is unknown")
+    wait_until(
+        lambda: not any(gid.startswith(UNKNOWN_VENDOR) for gid in gids()), "the reader is unknown"
+    )
     assert gids()
 
 
