@@ -71,7 +71,7 @@ setup(
     package_data={
         "launcher": ["py.typed"],
         "launcher.workspace.building.create": ["templates/*/*.in"],
-        "launcher.workspace.building.toolchain": ["*.cmake"],
+        "launcher.workspace.building.toolchain": ["*.cmake", "modules/*.cmake"],
         "launcher.language.compat": ["on_path/*.py"],
         "launcher.launch.supervise": ["*.json"],
         "launcher.hosts": ["*.json", "*.xml"],

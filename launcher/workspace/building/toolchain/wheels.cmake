@@ -11,6 +11,7 @@ cmake_policy(PUSH)
 cmake_policy(VERSION 3.19)
 
 include("${CMAKE_CURRENT_LIST_DIR}/relocatable.cmake")
+list(APPEND CMAKE_MODULE_PATH "${CMAKE_CURRENT_LIST_DIR}/modules")
 
 function(_launcher_correct_imported_targets)
   get_property(targets DIRECTORY PROPERTY IMPORTED_TARGETS)
