@@ -28,8 +28,9 @@ _NUMBER = re.compile(
 _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
 # What libyaml and PyYAML's own reader take for different things: tabs, `?` in braces, a lone `!`, a
 # comment behind `|`, and marks and ends of lines beyond those of ASCII; unless it is in a comment.
+# What looks like a comment may be within quotes: from the next quotation mark on, it is kept.
 _READ_DIFFERENTLY = re.compile(r"[\t?\r\x85\u2028\u2029\ufeff]|!(?![\w!])|[|>][-+0-9]*#")
-_COMMENT = re.compile(r"(?:^|(?<=[ \t]))#[^\n\r\x85\u2028\u2029\ufeff]*", re.MULTILINE)
+_COMMENT = re.compile(r"""(?:^|(?<=[ \t]))#[^'"\n\r\x85\u2028\u2029\ufeff]*(['"].*)?""", re.M)
 _INT64 = (-(2**63), 2**63 - 1)
 _SMALLEST = 2.0**-1022  # `strtod` reports an underflow for smaller ones
 _TAG, _WORD = "!exponent", "!word"
@@ -112,7 +113,7 @@ def _load(text: str, kind: int) -> Any:
 
 def _is_read_differently(text: str) -> bool:
     found = _READ_DIFFERENTLY.search
-    return found(text) is not None and found(_COMMENT.sub("", text)) is not None
+    return found(text) is not None and found(_COMMENT.sub(r"\1", text)) is not None
 
 
 def rcl_loader() -> Any:

@@ -110,7 +110,10 @@ def test_values_of_subclasses_are_written_as_their_base():
     assert file_text({"mode": Mode.FAST, "count": Count.TWO}) == 'mode: "y"\ncount: 2\n'
 
 
-@pytest.mark.parametrize("text", ["!", "1\t", "a: >#", "[a?'']", "\n\ufeffa", "{a: b # ?\n, c: !}"])
+@pytest.mark.parametrize(
+    "text",
+    ["!", "1\t", "a: >#", "[a?'']", "\n\ufeffa", "{a: b # ?\n, c: !}", "'a # b'\t", "{' # ': ! }"],
+)
 def test_texts_are_read_as_pyyaml_reads_them_where_the_c_library_does_not(text: str):
     def found(load: Any) -> Any:
         try:
