@@ -205,7 +205,7 @@ class LaunchContext:
 
     def would_handle_event(self, event: Event) -> bool:
         """Whether any registered handler matches."""
-        return any(handler.matches(event) for handler in self._event_handlers.of(type(event)))
+        return any(handler.matches(event) for handler in self._event_handlers.of(event))
 
     def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
         """Add a handler before those registered earlier, or with `append` after them."""

@@ -168,9 +168,9 @@ class ExecuteLocal(Action):
 
     def _own_handlers(self) -> list[Any]:
         handlers: list[Any] = [
-            TargetedHandler(self, ShutdownProcess, self._on_shutdown_process),
-            TargetedHandler(self, SignalProcess, self._on_signal_process),
-            TargetedHandler(self, ProcessStdin, self._on_stdin),
+            TargetedHandler(ShutdownProcess, self._on_shutdown_process),
+            TargetedHandler(SignalProcess, self._on_signal_process),
+            TargetedHandler(ProcessStdin, self._on_stdin),
         ]
         if type(self)._shutdown_process is not ExecuteLocal._shutdown_process:
             handlers.append(OnShutdown(on_shutdown=self._on_shutdown))
@@ -298,15 +298,10 @@ def _normalize_bool(value: object) -> Any:
 class TargetedHandler(EventHandler):
     """Calls `callback(event, context)` for events of the class `kind`."""
 
-    _event_class: type
-
-    def __init__(self, action: ExecuteLocal, kind: type, callback: Any) -> None:
+    def __init__(self, kind: type, callback: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, kind))
-        self._event_class = kind
+        self._expects(kind)
         self._callback = callback
-
-    def matches(self, event: object) -> bool:
-        return isinstance(event, self._event_class)
 
     def handle(self, event: Any, context: LaunchContext) -> Any:
         super().handle(event, context)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from launcher.language import launch_session
 from launcher.language.action import Action
@@ -117,12 +117,7 @@ class TimerAction(Action):
             context, self.__cancel_on_shutdown, bool
         )
         if not self.__outlives_shutdown:
-            context.register_event_handler(
-                EventHandler(
-                    matcher=lambda event: is_a_subclass(event, Shutdown),
-                    entities=[OpaqueFunction(function=lambda context: self.cancel())],
-                )
-            )
+            _register(context, Shutdown, lambda context: self.cancel())
 
     def _start(self, context: LaunchContext) -> None:
         try:
@@ -192,17 +187,20 @@ def _install_timer_event_handler(context: LaunchContext) -> None:
     # With the first timer, not earlier: later handlers take precedence.
     if hasattr(context, _INSTALLED):
         return
-    context.register_event_handler(
-        EventHandler(
-            matcher=lambda event: is_a_subclass(event, TimerEvent),
-            entities=[
-                OpaqueFunction(
-                    function=lambda context: context.locals.event.timer_action.handle(context)
-                )
-            ],
-        )
+    _register(
+        context, TimerEvent, lambda context: context.locals.event.timer_action.handle(context)
     )
     setattr(context, _INSTALLED, True)
+
+
+def _register(context: LaunchContext, kind: type, function: Callable[..., Any]) -> None:
+    """Call the function for events of this class."""
+    handler = EventHandler(
+        matcher=lambda event: is_a_subclass(event, kind),
+        entities=[OpaqueFunction(function=function)],
+    )
+    handler._expects(kind)
+    context.register_event_handler(handler)
 
 
 @public("launch_ros.actions.ros_timer")

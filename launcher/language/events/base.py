@@ -50,6 +50,11 @@ class BaseEventHandler:
     def matches(self, event: Event) -> bool:
         return self.__matcher(event)
 
+    def _expects(self, event_class: type) -> None:
+        """The matcher takes only events of this class; a subclass may have its own `matches`."""
+        if type(self).matches is BaseEventHandler.matches:
+            self._event_class = event_class
+
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
         """(text, entities that are known before an event)."""
         return (
@@ -99,8 +104,8 @@ class EventHandler(BaseEventHandler):
 class EventHandlers:
     """The registered handlers: the newest first, then those that were appended.
 
-    Every process has three, for classes of events that hardly occur, and every action that is
-    visited asks who waits for its end. So the handlers for a class of events are kept apart.
+    Every process has three and every timer one, for events that hardly occur, and every action that
+    is visited asks who waits for its end. So the handlers for a class of events are kept apart.
     """
 
     def __init__(self) -> None:
@@ -129,8 +134,10 @@ class EventHandlers:
             if handler in handlers:
                 handlers.remove(handler)
 
-    def of(self, kind: type) -> tuple[BaseEventHandler, ...]:
-        """Those that may match events of this class, as they are now."""
+    def of(self, event: object) -> tuple[BaseEventHandler, ...]:
+        """Those that may match an event, or events of this class, as they are now."""
+        # A launch file may emit a class: handlers of Shutdown match that, too.
+        kind = event if isinstance(event, type) else event.__class__
         if kind not in self._by_class:
             fitting = deque(handler for handler in self._all if _may_match(handler, kind))
             self._by_class[kind] = fitting

@@ -42,8 +42,7 @@ class OnActionEventBase(BaseEventHandler):
         self.__target_event_cls = target_event_cls
         self.__action_matcher = action_matcher
         super().__init__(matcher=self.__is_target, **kwargs)
-        if type(self).matches is BaseEventHandler.matches:
-            self._event_class = target_event_cls
+        self._expects(target_event_cls)
         self.__on_event = on_event if callable(on_event) else None
         self.__actions_on_event: list[Any] = [] if callable(on_event) else _entities(on_event)
         self._function_called = self.__on_event  # for messages
@@ -117,6 +116,7 @@ class OnShutdown(BaseEventHandler):
 
     def __init__(self, *, on_shutdown: object, **kwargs: Any) -> None:
         super().__init__(matcher=lambda event: is_a_subclass(event, Shutdown), **kwargs)
+        self._expects(Shutdown)
         self.__on_shutdown = on_shutdown
         self._function_called = on_shutdown if callable(on_shutdown) else None  # for messages
 
@@ -144,6 +144,7 @@ class OnIncludeLaunchDescription(BaseEventHandler):
         super().__init__(
             matcher=lambda event: is_a_subclass(event, IncludeLaunchDescription), **kwargs
         )
+        self._expects(IncludeLaunchDescription)
 
     @property
     def handler_description(self) -> str:

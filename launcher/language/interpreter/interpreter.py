@@ -36,8 +36,6 @@ _STREAMS = {
     "stdout": process_events.ProcessStdout,
     "stderr": process_events.ProcessStderr,
 }
-# Handlers that never match output, whatever their arguments; every run has them.
-_WITHOUT_OUTPUT = frozenset({OnIncludeLaunchDescription, OnShutdown})
 
 
 class Interpreter:
@@ -211,8 +209,8 @@ class Interpreter:
         handlers = self.context._event_handlers.of(process_events.ProcessStdout)
         if process_id not in self.host.processes:
             return False
-        if all(type(handler) in _WITHOUT_OUTPUT for handler in handlers):
-            return False  # most launch files have no others
+        if not handlers:
+            return False  # as in most launch files
         probe = process_events.ProcessStdout(text=b"", **self._details(process_id))
         return any(handler.matches(probe) for handler in handlers)
 
@@ -335,7 +333,7 @@ class Interpreter:
             self.host.log("launch", level, self.empty_run)
 
     def _process(self, event: Any) -> None:
-        for handler in self.context._event_handlers.of(type(event)):
+        for handler in self.context._event_handlers.of(event):
             if not handler.matches(event):
                 continue
             self.context._push_locals()

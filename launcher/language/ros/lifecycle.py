@@ -133,6 +133,8 @@ class OnStateTransition(EventHandler):
             "goal_state": goal_state,
         }
         super().__init__(matcher=matcher or self.__is_match, entities=entities, **kwargs)
+        if matcher is None:
+            self._expects(StateTransition)
 
     def __is_match(self, event: Event) -> bool:
         if not isinstance(event, StateTransition):
@@ -181,12 +183,12 @@ class LifecycleEventManager:
         context._host.watch_lifecycle(
             self.node_name, lambda seen: self._on_transition(context, seen)
         )
-        context.register_event_handler(
-            EventHandler(
-                matcher=lambda event: isinstance(event, ChangeState),
-                entities=[OpaqueFunction(function=self._on_change_state)],
-            )
+        handler = EventHandler(
+            matcher=lambda event: isinstance(event, ChangeState),
+            entities=[OpaqueFunction(function=self._on_change_state)],
         )
+        handler._expects(ChangeState)
+        context.register_event_handler(handler)
 
     def _hold(self) -> None:
         """The node is being loaded."""
@@ -308,6 +310,7 @@ class LifecycleTransition(Action):
             for name in names:
                 following = emits[name][step + 1 : step + 2]
                 handler = self._step_handler(name, number, following)
+                handler._expects(StateTransition)
                 self.__handlers[name].append(handler)
                 actions.append(RegisterEventHandler(event_handler=handler))
         for name in names:
@@ -333,6 +336,7 @@ class LifecycleTransition(Action):
             entities=[unregister],
             handle_once=True,
         )
+        handler._expects(StateTransition)
         self.__handlers[name].append(handler)
         context.register_event_handler(handler)
 
