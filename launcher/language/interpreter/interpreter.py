@@ -378,6 +378,8 @@ class Interpreter:
         if not self.context.is_shutdown:
             self.context._set_is_shutdown(True)
             self.host.judge_parameter_files(lambda: False)
+            if isinstance(event, type):  # as in EmitEvent(event=Shutdown), without ()
+                event = launch_events.Shutdown()
             if event.reason != "idle" and not self._is_asked_to_end:
                 self._report_empty_run()
             # The launcher's own SIGINT does not reach the processes, which have their own sessions.
@@ -385,7 +387,7 @@ class Interpreter:
                 self._is_asked_to_end or self.context.noninteractive
             )
             self.host.request(
-                model.RequestShutdown(reason=event.reason, is_interrupted=is_interrupted)
+                model.RequestShutdown(reason=str(event.reason), is_interrupted=is_interrupted)
             )
         self.host.shutdown_pending = False
 

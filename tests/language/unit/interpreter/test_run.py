@@ -192,6 +192,14 @@ def test_the_reason_of_a_shutdown_may_be_substitutions():
         assert interpreter.start()[-1] == model.RequestShutdown(reason="no map")
 
 
+@pytest.mark.parametrize(
+    ("event", "reason"), [(ShutdownEvent, "reason not given"), (ShutdownEvent(reason=5), "5")]
+)
+def test_a_class_or_any_reason_shuts_down_as_in_ros2(event: Any, reason: str):
+    with interpreting([process(), EmitEvent(event=event)]) as interpreter:
+        assert interpreter.start()[-1] == model.RequestShutdown(reason=reason)
+
+
 @pytest.mark.parametrize("noninteractive", [False, True])
 def test_a_shutdown_due_to_sigint_means_that_the_terminal_has_signalled(noninteractive):
     event = ShutdownEvent(reason="ctrl-c", due_to_sigint=True)
