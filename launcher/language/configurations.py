@@ -34,8 +34,8 @@ class Configurations(_Table):
     `read` is called with each name that is read, which reveals the arguments of a launch file
     that are not declared; `written` with each name, value and origin that is set.
 
-    A large launch has thousands of names and of scopes, so that a scope begins with no copy, as in
-    ROS 2: what its changes replace is kept.
+    A large launch has thousands of names and of scopes: a scope keeps what its changes replace,
+    instead of the copy of all that ROS 2 makes.
     """
 
     def __init__(

@@ -124,7 +124,8 @@ class Search:
         self._context._push_locals()
         self._moment, self._is_likely = ANY_TIME, True
         try:
-            with self.among():
+            # In copies: the launch file may have kept these.
+            with self.among(self._context.launch_configurations):
                 yield
         finally:
             self._context._pop_locals()

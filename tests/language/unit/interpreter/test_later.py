@@ -164,3 +164,17 @@ def test_components_are_found_with_their_containers():
     names = [(one.container, one.namespace, one.name, one.package) for one in found.loads]
     assert names == [("/b/box", "/a", "part", "p"), ("/b/other", "/a", "part", "p")]
     assert found.is_complete
+
+
+def test_configurations_that_a_launch_file_keeps_stay_as_they_are():
+    kept: list[Any] = []
+    keep = OpaqueFunction(function=lambda context: kept.append(context.launch_configurations))
+    handler = OnProcessExit(target_action=NOW, on_exit=[SetLaunchConfiguration("a", "later")])
+    with interpreting(
+        [SetLaunchConfiguration("a", "1"), keep, RegisterEventHandler(handler)]
+    ) as run:
+        run.start()
+        later(run)
+        (now,) = kept
+        assert now is run.context.launch_configurations
+        assert dict(now) == {"a": "1"}
