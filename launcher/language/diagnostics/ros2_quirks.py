@@ -29,6 +29,8 @@ def _written(name: str, origin: FileLine | None) -> str:
 
 def scope_is_lost(context: LaunchContext, origin: FileLine | None) -> None:
     """An event handler in a scoped group, or in a timer, runs its actions outside of that scope."""
+    if origin is None:
+        return  # one of an action, which needs none of it
     lost = context._lost_later()
     if lost:
         text = "the actions of this event handler run outside of the group or timer around it"

@@ -15,6 +15,7 @@ from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.actions.timer import RosTimer, TimerAction
 from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
+from launcher.language.ros.lifecycle import LifecycleNode
 from launcher.language.ros.node import Node
 from launcher.language.ros.parameter_descriptions import ParameterValue
 from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetUseSimTime
@@ -66,6 +67,12 @@ def test_a_handler_in_a_group_loses_the_groups_settings():
         warning == "the actions of this event handler run outside of the group or timer around it, "
         "without its a"
     )
+
+
+def test_the_handlers_of_a_node_that_is_activated_need_no_settings():
+    node = LifecycleNode(executable="x", name="n", namespace="", autostart=True)
+
+    assert warnings_of(GroupAction([PushROSNamespace("ns"), node])) == []
 
 
 def test_a_missing_parameter_file_gives_a_warning():
