@@ -60,9 +60,7 @@ class SshConnection:
     def __init__(self, host: Host, control_path: str | None) -> None:
         self.host = host
         self.control_path = control_path
-        cipher = ciphers.preferred()
-        chosen = () if cipher is None else (f"Ciphers={cipher}",)
-        self._options = [*_FORCED, *_own(host), *_DEFAULTS, *chosen]
+        self._options = [*_FORCED, *_own(host), *_DEFAULTS]
 
     @property
     def destination(self) -> str:
@@ -89,8 +87,10 @@ class SshConnection:
     def _base(self, options: Sequence[str], *, shared: bool = True) -> list[str]:
         path = "none" if not shared else self.control_path and _literal(self.control_path)
         control = [] if path is None else [f"ControlPath={path}"]
+        cipher = ciphers.preferred()
+        chosen = [] if cipher is None else [f"Ciphers={cipher}"]
         # Of two values for an option, ssh takes the first.
-        all_options = [*self._options, *control, *options, "ControlPersist=no"]
+        all_options = [*self._options, *chosen, *control, *options, "ControlPersist=no"]
         return ["ssh", "-T", *(word for option in all_options for word in ("-o", option))]
 
 
