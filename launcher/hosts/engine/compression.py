@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 METHOD = "zlib"  # as launcher and agent call it
 LEAST_BYTES = 16 * 1024  # of a batch that is compressed
+MOST_BYTES = 1024 * 1024  # of one; so a few bytes from a hostile host cannot become many
 WAITING_BYTES = 1024 * 1024  # unacknowledged, with which the link is busy
 _LEVEL = 1  # three times as fast as the usual one, for a tenth more bytes
 _PERIOD_S = 0.5  # in which the link's speed is measured
@@ -97,15 +98,15 @@ class LinkCompression:
         return packed
 
 
-def unpacked(data: bytes, most: int) -> bytes:
-    """What `pack` was given; ValueError if that was something else, or longer."""
+def unpacked(data: bytes) -> bytes:
+    """What `pack` was given; ValueError if that was something else, or longer than MOST_BYTES."""
     import zlib
 
     stream = zlib.decompressobj()
     try:
-        found = stream.decompress(data, most)
+        found = stream.decompress(data, MOST_BYTES + 1)
     except zlib.error as error:
         raise ValueError(f"it cannot be unpacked: {error}") from None
-    if not stream.eof or stream.unused_data:
+    if not stream.eof or stream.unused_data or len(found) > MOST_BYTES:
         raise ValueError("what was packed is too long, or not all")
     return found

@@ -14,8 +14,6 @@ from collections import deque
 from launcher.hosts.engine import compression
 from launcher.hosts.engine.frames import (
     FIRST_SEQUENCED,
-    HEADER,
-    MAX_PAYLOAD,
     Decoder,
     Frame,
     FrameError,
@@ -53,6 +51,7 @@ ACK_BYTES = 256 * 1024  # of what was received, after which it is acknowledged
 WRITE_BYTES = 256 * 1024  # at once
 WRITE_PARTS = 1000  # at once; the kernel takes at most 1024 (IOV_MAX)
 MOST_CONTROL = 256  # frames without a number that wait for the transport
+_buffers: list[memoryview] = []  # of READ_BYTES, for all channels: those of which none reads
 
 
 class FrameChannel:
@@ -71,7 +70,6 @@ class FrameChannel:
         self._control: deque[bytes] = deque(maxlen=MOST_CONTROL)
         self._rest: list[bytes | memoryview] = []  # of what is being written
         self._decoder = Decoder()
-        self._buffer = memoryview(bytearray())
         self._read_fd = self._write_fd = -1
         self._is_writing = False
         self._writes_soon = False
@@ -197,14 +195,14 @@ class FrameChannel:
         return bool(self._rest)
 
     def _take_batch(self) -> None:
-        """Take a batch of frames; as one, if it is large."""
+        """Take a batch of frames; as one, if that is worth it."""
         parts: list[bytes] = []
         size = 0
         while self.outbox.has_unsent and size < WRITE_BYTES:
             taken = self.outbox.take()
             parts += taken
             size += sum(map(len, taken))
-        if size >= compression.LEAST_BYTES:
+        if compression.LEAST_BYTES <= size <= compression.MOST_BYTES:
             packed = self.compression.pack(parts)
             parts = [encode(FrameKind.PACKED, self.received, time.monotonic(), packed)]
         self._rest += [*self._control, *parts]
@@ -236,10 +234,15 @@ class FrameChannel:
 
     def _read(self) -> bool:
         """Read once; whether there was anything."""
-        if not self._buffer:
-            self._buffer = memoryview(bytearray(READ_BYTES))
+        buffer = _buffers.pop() if _buffers else memoryview(bytearray(READ_BYTES))
         try:
-            size = os.readv(self._read_fd, (self._buffer,))
+            return self._read_into(buffer)
+        finally:
+            _buffers.append(buffer)
+
+    def _read_into(self, buffer: memoryview) -> bool:
+        try:
+            size = os.readv(self._read_fd, (buffer,))
         except BlockingIOError:
             return False
         except OSError as error:
@@ -251,7 +254,7 @@ class FrameChannel:
         self.heard_s = self._reactor.now()
         decoder = self._decoder
         try:
-            for frame in decoder.feed(self._buffer[:size]):
+            for frame in decoder.feed(buffer[:size]):
                 self._accept(frame)
                 if self._decoder is not decoder or self._read_fd < 0:
                     return False  # the listener has changed the transport
@@ -284,9 +287,9 @@ class FrameChannel:
         self._listener.relieved()
 
     def _unpack(self, packed: Frame) -> None:
-        """FrameError if it is not what `_pack` makes."""
+        """FrameError if it is not what `_take_batch` makes."""
         try:
-            data = compression.unpacked(packed.payload, HEADER.size + MAX_PAYLOAD + WRITE_BYTES)
+            data = compression.unpacked(packed.payload)
         except ValueError as error:
             raise FrameError(str(error)) from None
         self._unacknowledged += len(data)

@@ -8,7 +8,12 @@ import zlib
 
 import pytest
 
-from launcher.hosts.engine.compression import WAITING_BYTES, LinkCompression, unpacked
+from launcher.hosts.engine.compression import (
+    MOST_BYTES,
+    WAITING_BYTES,
+    LinkCompression,
+    unpacked,
+)
 from launcher.posix.reactor import Reactor
 from tests.hosts.unit.agent.test_channel import End
 
@@ -77,10 +82,43 @@ def test_nothing_is_compressed_for_a_launcher_that_cannot_unpack():
     assert not compression.is_wanted
 
 
-@pytest.mark.parametrize("data", [b"", b"x" * 100, zlib.compress(TEXT)[:-5], zlib.compress(TEXT)])
+LONGEST = b"x" * MOST_BYTES
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"x" * 100,
+        zlib.compress(TEXT)[:-5],
+        zlib.compress(TEXT) + b"x",
+        zlib.compress(LONGEST + b"x"),
+    ],
+)
 def test_what_is_no_batch_or_too_long_is_refused(data: bytes):
     with pytest.raises(ValueError, match="pack"):
-        unpacked(data, BATCH - 1)
+        unpacked(data)
+
+
+def test_the_longest_batch_is_unpacked():
+    assert unpacked(zlib.compress(LONGEST)) == LONGEST
+
+
+def test_a_longer_frame_is_sent_as_it_is():
+    text = b"x" * (2 * MOST_BYTES)
+    with Reactor() as reactor:
+        sender, receiver = End(reactor, 1), End(reactor, 1)
+        sender.channel.send_output(b"", text)
+        there, back = os.pipe(), os.pipe()
+        receiver.channel.attach(there[0], back[1])
+        sender.channel.attach(back[0], there[1])
+        sender.channel.compression.is_wanted = True
+        sender.channel.resume(0)
+        reactor.call_later(60.0, reactor.stop)
+        reactor.run()
+        assert receiver.payloads == [text]
+        sender.channel.detach()
+        receiver.channel.detach()
 
 
 def test_packed_frames_arrive_once_and_in_order():
