@@ -11,7 +11,7 @@ from typing import Any
 from launcher.base import strict_json
 
 QUEUE_BYTES = 4 * 1024 * 1024  # what may wait for one page, of what may be left out
-MOST_BYTES = QUEUE_BYTES + 2 * 1024 * 1024  # in all: a page that has not read that connects again
+MOST_BYTES = QUEUE_BYTES + 2 * 1024 * 1024  # of the news: a page that has not read that is closed
 
 Message = dict[str, Any]
 _LARGEST = 2**53 - 1  # Number.MAX_SAFE_INTEGER
@@ -55,7 +55,7 @@ class PageOutbox:
 
     def __init__(self, on_full: Callable[[], None] = lambda: None) -> None:
         self._on_full = on_full
-        self._queue: deque[tuple[str, str]] = deque()
+        self._queue: deque[tuple[str, str, int]] = deque()  # event, text, bytes of news
         self._latest: dict[str, str] = {}
         self._bytes = 0
         self._wake = asyncio.Event()
@@ -63,19 +63,27 @@ class PageOutbox:
 
     def put(self, event: str, text: str, lines: int = 0) -> None:
         """Queue an encoded message; `lines`: how many log lines it holds."""
-        if event in _LATEST:
-            if event not in self._latest:
-                self._queue.append((event, ""))
-            self._latest[event] = text
-        elif event in _EXPENDABLE and self._bytes > QUEUE_BYTES:
-            self.skipped_lines += lines
-            return
-        else:
+        if event not in _LATEST:
+            if event in _EXPENDABLE and self._bytes > QUEUE_BYTES:
+                self.skipped_lines += lines
+                return
             if self._bytes > MOST_BYTES:
                 self._on_full()
                 return
-            self._queue.append((event, text))
-            self._bytes += len(text)
+        self._add(event, text, len(text))
+
+    def put_asked(self, event: str, text: str) -> None:
+        """Queue what the page has asked for, of any size: who does not read does not ask."""
+        self._add(event, text, 0)
+
+    def _add(self, event: str, text: str, size: int) -> None:
+        if event not in _LATEST:
+            self._queue.append((event, text, size))
+            self._bytes += size
+        else:
+            if event not in self._latest:
+                self._queue.append((event, "", 0))
+            self._latest[event] = text
         self._wake.set()
 
     async def get(self) -> str:
@@ -83,11 +91,9 @@ class PageOutbox:
         while not self._queue:
             self._wake.clear()
             await self._wake.wait()
-        event, text = self._queue.popleft()
-        if event in _LATEST:
-            return self._latest.pop(event)
-        self._bytes -= len(text)
-        return text
+        event, text, size = self._queue.popleft()
+        self._bytes -= size
+        return self._latest.pop(event) if event in _LATEST else text
 
 
 class Hub:

@@ -20,7 +20,7 @@ _PLACE = "page/"
 _IMPORT = re.compile(r'^import (\{[^}]*\}|\* as \w+) from "([\w./-]+)";$', re.MULTILINE)
 _DYNAMIC = re.compile(r"\bimport\((?=[\"`]page/)")
 _EXPORT = re.compile(r"^export (?=(?:const|class|function|async function) (\w+))", re.MULTILINE)
-_DEFAULT = re.compile(r"^export default ", re.MULTILINE)
+_DEFAULT = re.compile(r"^export default (?=\{)", re.MULTILINE)
 _OTHER = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
 

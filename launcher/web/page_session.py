@@ -157,7 +157,7 @@ class PageSession:
                     await self._socket.send_text(encode({"event": "slow", "text": note}))
 
     def _put(self, message: Message) -> None:
-        self._outbox.put(message.get("event", "answer"), encode(message))
+        self._outbox.put_asked(message.get("event", "answer"), encode(message))
 
     def _take(self, text: str) -> None:
         try:

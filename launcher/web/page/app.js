@@ -5,7 +5,7 @@ import { hello, link, notices, processes } from "page/store.js";
 import { UnmetList } from "page/expectations/unmet.js";
 import { KeyList } from "page/key_list.js";
 import { toggleTheme } from "page/theme.js";
-import { clock, day } from "page/format.js";
+import { clock, day, duration } from "page/format.js";
 import { lastAddress } from "page/shared/address.js";
 
 const loadPanel = (name) => import(`page/${name}/panel.js`);

@@ -109,6 +109,25 @@ def test_a_page_that_stays_open_keeps_the_last_events(
         assert page.evaluate(MANY_EVENTS) == [KEEP_EVENTS, 5000]
 
 
+SILENT = """
+async () => (await import("page/store.js")).apply({ event: "alive", silent_s: 65 })
+"""
+
+
+def test_a_launcher_that_is_suspended_is_reported(started: Browser, start: Start, sleeper: Path):
+    run, link = start(sleeper)
+    server = server_of(run.process.pid)
+    assert server is not None
+    with page_at(started, link) as page:
+        expect(page.locator(".app-link")).to_have_text("open")
+        os.kill(server, signal.SIGSTOP)  # it would say that the launcher is not
+        try:
+            page.evaluate(SILENT)
+            expect(page.get_by_role("alert").first).to_contain_text("nothing for 1 min")
+        finally:
+            os.kill(server, signal.SIGCONT)
+
+
 NAMES = """
 () => performance.getEntriesByType("resource").map((one) => new URL(one.name).pathname)
 """
@@ -148,10 +167,17 @@ def test_of_many_processes_those_in_view_are_drawn_whole(
             expect(page.locator("tr[data-process]")).to_have_count(300)
             whole = page.locator("tr[data-process] .process-actions")
             assert whole.count() < 100
+            focused = page.locator('[data-process="many-3"] .process-name')
+            focused.focus()
             last = page.locator('tr[data-process="many-299"]')
             last.scroll_into_view_if_needed()
             expect(last.locator(".process-actions")).to_be_visible()
             expect(page.locator('[data-process="many-0"] .process-actions')).to_have_count(0)
             assert whole.count() < 100
+            expect(focused).to_be_focused()
+            page.evaluate("dispatchEvent(new Event('beforeprint'))")
+            expect(whole).to_have_count(300)
+            page.evaluate("dispatchEvent(new Event('afterprint'))")
+            expect(page.locator('[data-process="many-0"] .process-actions')).to_have_count(0)
         finally:
             os.kill(server, signal.SIGCONT)

@@ -34,7 +34,14 @@ def test_names_of_imports_and_exports_stay_what_they_are():
 
 
 @pytest.mark.parametrize(
-    "text", ['export * from "page/x.js";\n', "export { a };\n", "export let a;\n", "import x;\n"]
+    "text",
+    [
+        'export * from "page/x.js";\n',
+        "export { a };\n",
+        "export let a;\n",
+        "export default class A {}\n",
+        "import x;\n",
+    ],
 )
 def test_another_form_of_import_or_export_is_refused(text: str):
     with pytest.raises(ValueError, match="another form"):
@@ -51,13 +58,24 @@ def test_the_script_has_all_modules_and_imports_nothing_else_of_ours():
     assert re.findall(r'^import .* from "(.*)";$', script, re.MULTILINE) == ["vue"]
 
 
+TEXTS = {
+    f"page/{name}": path.read_text()
+    for name, path in assets.own_files().items()
+    if name.endswith(".js")
+}
+
+
+def test_what_a_module_imports_is_exported_there():
+    # In the script it would be undefined, and nothing would say so.
+    for name, text in TEXTS.items():
+        for clause, source in page_bundle._IMPORT.findall(text):
+            wanted = set(re.findall(r"[{,]\s*(\w+)", clause))
+            if source in TEXTS:
+                assert wanted <= set(page_bundle.module_of(TEXTS[source]).exports), name
+
+
 def test_no_module_needs_itself():
-    texts = {name: path.read_text() for name, path in assets.own_files().items()}
-    needs = {
-        f"page/{name}": set(page_bundle.module_of(text).imports)
-        for name, text in texts.items()
-        if name.endswith(".js")
-    }
+    needs = {name: set(page_bundle.module_of(text).imports) for name, text in TEXTS.items()}
     while free := [name for name, needed in needs.items() if not needed & needs.keys()]:
         for name in free:
             del needs[name]

@@ -11,7 +11,7 @@ import pytest
 from starlette.websockets import WebSocket
 
 from launcher.web.graph_feed import GraphFeed
-from launcher.web.hub import Hub, Message
+from launcher.web.hub import MOST_BYTES, Hub, Message
 from launcher.web.page_session import (
     BROKEN,
     MAX_PAGES,
@@ -21,7 +21,7 @@ from launcher.web.page_session import (
     Feeds,
     PageSession,
 )
-from launcher.web.run_feed import RunFeed
+from launcher.web.run_feed import _FIRST_LINES, RunFeed
 
 KEY = "the key"
 DEADLINE_S = 60.0
@@ -50,7 +50,8 @@ class Page:
         self.said: asyncio.Queue[Any] = asyncio.Queue()
         self.code: int | None = None
         self._requests: asyncio.Queue[Message] = asyncio.Queue()
-        feeds = Feeds(self.hub, Feed(self.hub, lambda: None), NoGraph(self.hub), read_only=False)
+        self.feed = Feed(self.hub, lambda: None)
+        feeds = Feeds(self.hub, self.feed, NoGraph(self.hub), read_only=False)
         scope = {"type": "websocket", "path": "/feed", "headers": []}
         self._requests.put_nowait({"type": "websocket.connect"})
         socket = WebSocket(scope, self._requests.get, self._send)
@@ -167,11 +168,28 @@ def test_what_ends_the_sender_closes_the_socket_and_is_raised():
         page = Page(doors())
         serving = asyncio.create_task(page.serve())
         await page.open()
-        page.session._outbox.put("answer", "no \udcff character")
+        page.session._outbox.put_asked("answer", "no \udcff character")
         with pytest.raises(UnicodeEncodeError):
             await serving
         assert page.code == BROKEN
         assert len(page.hub) == 0
+
+    run(work)
+
+
+def test_a_page_opens_however_long_the_last_lines_are():
+    async def work() -> None:
+        page = Page(doors())
+        for number in range(_FIRST_LINES):
+            text = f"{number} " + "x" * (2 * MOST_BYTES // _FIRST_LINES)
+            line = {"process": "a-1", "stream": "stdout", "wall_s": 0.0, "text": text}
+            page.feed.log.add(line)
+        serving = asyncio.create_task(page.serve())
+        assert (await page.open())["ok"]
+        page.hub.send({"event": "run_events", "items": [1]})
+        assert (await page.said.get())["items"] == [1]
+        page.disconnect()
+        await serving
 
     run(work)
 

@@ -60,9 +60,9 @@ export const ProcessTable = {
         <tr :data-process="row.name" :data-state="row.state" v-near="observer"
             :tabindex="row.name === cursor ? 0 : -1" :aria-selected="selected.has(row.name)"
             :class="{ chosen: selected.has(row.name), 'has-error': !isWide && errorOf(row) }"
-            :style="near.has(row.name) ? null : heightOf(row.name)"
+            :style="heightOf(row.name)"
             @focus="$emit('focus', row.name)" @dblclick="$emit('open', row.name)">
-          <template v-if="near.has(row.name)">
+          <template v-if="isNear(row.name)">
             <td class="process-check">
               <input type="checkbox" :checked="selected.has(row.name)"
                      :aria-label="'Select ' + row.name"
@@ -98,14 +98,14 @@ export const ProcessTable = {
           <template v-else>
             <td></td><td></td>
             <td data-column="name"><bdi class="process-name" dir="auto">{{ row.name }}</bdi></td>
-            <td :colspan="columns.length - 1"></td>
+            <td :colspan="columns.length - (isSteerable ? 1 : 2)"></td>
           </template>
         </tr>
         <tr v-if="!isWide && errorOf(row)" class="process-error-row"
             :class="{ chosen: selected.has(row.name) }" :data-error-of="row.name">
           <td></td>
           <td :colspan="columns.length + 1" class="process-error-below"><ErrorCell
-               v-if="near.has(row.name)" :row="row" /></td>
+               v-if="isNear(row.name)" :row="row" /></td>
         </tr>
         </template>
       </tbody>
@@ -131,9 +131,9 @@ export const ProcessCards = {
       <li v-for="row in rows" :key="row.name" class="card" :data-process="row.name"
           v-near="observer" :data-state="row.state" :tabindex="row.name === cursor ? 0 : -1"
           :class="{ chosen: selected.has(row.name) }"
-          :style="near.has(row.name) ? null : heightOf(row.name)"
+          :style="heightOf(row.name)"
           @focus="$emit('focus', row.name)">
-        <template v-if="near.has(row.name)">
+        <template v-if="isNear(row.name)">
           <div class="process-card-head">
             <input type="checkbox" :checked="selected.has(row.name)"
                    :aria-label="'Select ' + row.name"
