@@ -109,6 +109,8 @@ def test_a_page_that_stays_open_keeps_the_last_events(
         assert page.evaluate(MANY_EVENTS) == [KEEP_EVENTS, 5000]
 
 
+# To be done before the server is stopped: the module comes from there.
+LOAD_STORE = "import('page/store.js').then(() => null)"
 SILENT = """
 async () => (await import("page/store.js")).apply({ event: "alive", silent_s: 65 })
 """
@@ -120,6 +122,7 @@ def test_a_launcher_that_is_suspended_is_reported(started: Browser, start: Start
     assert server is not None
     with page_at(started, link) as page:
         expect(page.locator(".app-link")).to_have_text("open")
+        page.evaluate(LOAD_STORE)
         os.kill(server, signal.SIGSTOP)  # it would say that the launcher is not
         try:
             page.evaluate(SILENT)
@@ -161,6 +164,7 @@ def test_of_many_processes_those_in_view_are_drawn_whole(
     assert server is not None
     with page_at(started, link) as page:
         page.wait_for_selector('[data-process="cat-1"]')
+        page.evaluate(LOAD_STORE)
         os.kill(server, signal.SIGSTOP)  # else its processes would replace these
         try:
             page.evaluate(MANY_PROCESSES)
