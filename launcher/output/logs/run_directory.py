@@ -194,8 +194,8 @@ class RunDirectory:
             place = self._places[name, stream] = _place(name, policy, stream)
         prefix, files = place
         plain = without_colour(lines)
+        prefixed = with_prefix(prefix, plain)  # first: the screen had the same just now
         self._merge(with_prefix(b"%.7f %b" % (time.time() - ago_s, prefix), plain))
-        prefixed = with_prefix(prefix, plain)
         for file in files:
             self._append(file, prefixed)
 

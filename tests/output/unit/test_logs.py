@@ -11,6 +11,7 @@ import pytest
 
 from launcher.base.model.run_events import Finished, Stopping
 from launcher.base.model.spec import OutputPolicy
+from launcher.output.lines import with_prefix
 from launcher.output.logs.old_runs import holds_evidence, kept_beyond, prune
 from launcher.output.logs.rotating_file import RotatingFile
 from launcher.output.logs.run_directory import (
@@ -40,6 +41,17 @@ def path_of(folder: RunDirectory) -> Path:
 
 def folder_in(path: Path) -> RunDirectory:
     return RunDirectory(new_run_path({"ROS_LOG_DIR": str(path)}), pytest.fail)
+
+
+def test_the_file_of_a_process_gets_what_the_screen_has_got(tmp_path: Path, monkeypatch):
+    written: list[bytes] = []
+    monkeypatch.setattr(RotatingFile, "append", lambda file, *blocks: written.extend(blocks))
+    folder = folder_in(tmp_path)
+    block = b"one\ntwo\n"
+    shown = with_prefix(b"[a-1] ", block)
+    folder.write_lines("a-1", OutputPolicy(), "stdout", block)
+    assert any(one is shown for one in written), "it was prefixed again"
+    folder.close()
 
 
 def test_names_of_runs_are_in_the_order_of_time_across_the_end_of_a_second():
