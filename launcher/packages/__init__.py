@@ -33,30 +33,36 @@ if TYPE_CHECKING:
 
     T = TypeVar("T")
 
-_kept: dict[str, Any] | None = None  # what was read since the outermost `reading_once` began
+_kept: dict[str, Any] = {}  # what was read since the outermost `reading_once` began
+_readers = 0
 
 
 @contextlib.contextmanager
 def reading_once() -> Iterator[None]:
-    """For what looks at many packages: what is installed and around is read once meanwhile."""
-    global _kept
-    outer = _kept
-    _kept = {} if outer is None else outer
+    """For what looks at many packages: what is installed and around is read once meanwhile.
+
+    Threads may do so at the same time: what is kept is forgotten when the last one ends.
+    """
+    global _readers
+    _readers += 1
     try:
         yield
     finally:
-        _kept = outer
+        _readers -= 1
+        if not _readers:
+            _kept.clear()
 
 
 def is_reading_once() -> bool:
-    return _kept is not None
+    return _readers > 0
 
 
 def once(key: str, read: Callable[[], T]) -> T:
     """What `read` returns; within `reading_once` what it has returned for the key before."""
-    if _kept is None:
-        return read()
-    if key not in _kept:
-        _kept[key] = read()
-    found: T = _kept[key]
-    return found
+    if key in _kept:
+        found: T = _kept[key]
+        return found
+    value = read()
+    if is_reading_once():
+        _kept[key] = value
+    return value

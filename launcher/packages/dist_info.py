@@ -9,9 +9,11 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Iterator
 from importlib.machinery import PathFinder
 
 from launcher.base.model.record import Record
+from launcher.packages import once
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -57,13 +59,13 @@ class DistInfo:
         return os.path.normpath(os.path.dirname(self._path))
 
     def read_text(self, name: str) -> str | None:
-        """A file of the metadata; None if there is none."""
+        """A file of the metadata; None if there is none that is text."""
         if self._found is not None:
             return self._found.read_text(name)
         try:
             with open(os.path.join(self._path, name), encoding="utf-8") as file:
                 return file.read()
-        except OSError:
+        except (OSError, UnicodeError):
             return None
 
     @property
@@ -86,28 +88,31 @@ def installed(name: str | None = None) -> list[DistInfo]:
     """
     if name == "":  # for importlib, that is any
         return []
+    # Python ignores entries that are no texts, which launch files add (`Path(__file__).parent`).
+    folders = [one for one in sys.path if isinstance(one, str)]
     others = [one for one in sys.meta_path if hasattr(one, "find_distributions")]
-    if others != [PathFinder] or any(map(os.path.isfile, sys.path)):
+    if others != [PathFinder] or any(map(os.path.isfile, folders)):
         from importlib import metadata
 
         found = metadata.distributions() if name is None else metadata.distributions(name=name)
         return [DistInfo("", one) for one in found]
     wanted = None if name is None else _normal(name)
-    return [DistInfo(path) for folder in sys.path for path in _in(folder or ".", wanted)]
+    listed = once(repr(folders), lambda: [one for folder in folders for one in _in(folder or ".")])
+    return [DistInfo(path) for known, path in listed if wanted in (None, known)]
 
 
-def _in(folder: str, wanted: str | None) -> list[str]:
+def _in(folder: str) -> Iterator[tuple[str, str]]:
+    """(normalised name, folder of metadata) of each distribution in a folder of modules."""
     try:
         names = os.listdir(folder)
     except OSError:
-        return []
+        return
     if folder.endswith(".egg") and "EGG-INFO" in names:
-        stem = os.path.basename(folder).partition("-")[0]
-        return [f"{folder}/EGG-INFO"] if wanted in (None, _normal(stem)) else []
+        yield _normal(_stem(os.path.basename(folder))), f"{folder}/EGG-INFO"
+        return
     found = [name for name in names if name.lower().endswith(_ENDS)]
-    if wanted is not None:
-        found = [name for name in found if _normal(_stem(name)) == wanted]
-    return [os.path.join(folder, name) for name in found]
+    stems = _normal("/".join(map(_stem, found))).split("/")  # all at once, which is quicker
+    yield from zip(stems, (os.path.join(folder, name) for name in found), strict=False)
 
 
 def _stem(name: str) -> str:

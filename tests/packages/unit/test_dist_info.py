@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.packages import is_reading_once, once, reading_once
 from launcher.packages.dist_info import DistInfo, installed
 
 POINTS = """
@@ -60,6 +61,34 @@ def test_names_are_compared_as_pip_does(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(sys, "path", [str(tmp_path), str(tmp_path / "nowhere")])
     wanted = [] if name == "" else list(metadata.distributions(name=name))
     assert ours(installed(name)) == theirs(wanted)
+
+
+def test_what_python_ignores_is_ignored_and_damage_too(tmp_path: Path, monkeypatch):
+    (tmp_path / "a-1.0.dist-info").mkdir()
+    (tmp_path / "a-1.0.dist-info/direct_url.json").write_bytes(b"\xff")
+    monkeypatch.setattr(sys, "path", [tmp_path, str(tmp_path).encode(), None, str(tmp_path)])
+    (found,) = installed("a")
+    assert (found.folder, found.read_text("direct_url.json")) == (str(tmp_path), None)
+
+
+def test_folders_are_listed_once_for_many_packages(tmp_path: Path, monkeypatch):
+    (tmp_path / "a-1.0.dist-info").mkdir()
+    monkeypatch.setattr(sys, "path", [str(tmp_path)])
+    with reading_once():
+        assert [len(installed(name)) for name in ("a", "b", None)] == [1, 0, 1]
+        (tmp_path / "b-1.0.dist-info").mkdir()
+        assert [len(installed(name)) for name in ("a", "b", None)] == [1, 0, 1]
+
+
+def test_nothing_is_kept_when_the_last_of_several_threads_has_read():
+    first, second = reading_once(), reading_once()
+    first.__enter__()
+    second.__enter__()
+    assert [once("a", lambda: 1), once("a", lambda: 2)] == [1, 1]
+    first.__exit__(None, None, None)
+    assert is_reading_once() and once("a", lambda: 3) == 1
+    second.__exit__(None, None, None)
+    assert not is_reading_once() and once("a", lambda: 4) == 4
 
 
 def test_a_distribution_in_an_archive_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
