@@ -139,6 +139,14 @@ def test_nothing_else_of_the_environment_changes(prefix: Prefix):
     assert given.items() <= found.variables.items()
 
 
+@pytest.mark.parametrize("libraries", [["ros_rclpy.libs"], []], ids=["wheels", "no wheels"])
+def test_options_of_the_shell_that_are_exported_do_not_apply(tmp_path: Path, libraries: list[str]):
+    prefix = Prefix(tmp_path / "env", *libraries)
+    found = start("bash", prefix.bin / "launcher", SHELLOPTS="errexit:noglob:nounset")
+    assert found.words[0] == f"{prefix.bin}/python3"
+    assert (DONE in found.variables) is bool(libraries)
+
+
 @pytest.mark.parametrize(
     ("setting", "libraries"),
     [({DONE: "1", "LD_LIBRARY_PATH": "/a"}, ["ros_rclpy.libs"]), ({"LD_LIBRARY_PATH": "/a"}, [])],
