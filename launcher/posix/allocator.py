@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
-_LARGEST_BYTES = 32 << 20  # glibc takes no larger M_MMAP_THRESHOLD
-_KEPT_BYTES = 128 << 20
+import contextlib
+
+# glibc learns from blocks of at most 32 MiB, with what it adds to each.
+LARGEST_BYTES = (32 << 20) - (64 << 10)
 
 
-def keep_freed_memory() -> None:
-    """Use freed buffers of up to 32 MB again, and give back what is above 128 MB.
+def keep_freed_memory(largest_bytes: int = LARGEST_BYTES) -> None:
+    """Use freed buffers of up to `largest_bytes` again, and give back what is above twice as much.
 
     For processes through which large buffers pass. By default glibc maps each buffer of more than
-    128 kB anew, so that every page of it is a page fault and is filled with zeros: for 4 MB that
-    takes longer than writing them into a file (mallopt(3)). Without effect where the C library has
-    no such setting.
+    128 KiB anew, so that every page of it is a page fault and is filled with zeros, and returns
+    free memory from the same size on: that takes longer than what else is done with a buffer.
+    When a larger one is freed, it raises both limits (M_MMAP_THRESHOLD in mallopt(3)). Without
+    effect with other C libraries, and where the environment sets the limits.
     """
-    import ctypes
-
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
-    if mallopt is not None:
-        mallopt(_M_MMAP_THRESHOLD, _LARGEST_BYTES)
-        mallopt(_M_TRIM_THRESHOLD, _KEPT_BYTES)
+    with contextlib.suppress(MemoryError):
+        bytes(largest_bytes)  # mapped, never touched, and unmapped

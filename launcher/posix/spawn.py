@@ -201,10 +201,7 @@ def reap(pidfd: int) -> tuple[int, bool]:
 
 READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
 _buffers: list[bytearray] = []  # for reads, one for each thread that reads
-# malloc keeps twice as much free memory as the largest block that was unmapped (mallopt(3),
-# M_TRIM_THRESHOLD), by default 128 KiB: a flood takes and frees more than that for each read, and
-# to return it to the kernel and to get it back would take as long as the rest of the work.
-_LARGE_BYTES = 1024 * 1024
+_LARGE_BYTES = 1024 * 1024  # a flood takes and frees less than that for each read
 _has_flooded = False
 
 
@@ -223,7 +220,7 @@ def read_stream(fd: int) -> bytes | None:
         size = os.readv(fd, (buffer,))
         if size == READ_BYTES and not _has_flooded:
             _has_flooded = True
-            bytes(_LARGE_BYTES)  # mapped, never touched, and unmapped
+            bytes(_LARGE_BYTES)  # as `allocator`, whose import may fail here
         return bytes(memoryview(buffer)[:size])
     except BlockingIOError:
         return None

@@ -162,3 +162,23 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 def test_a_flood_does_not_take_its_memory_from_the_kernel_again_for_each_read():
     done = subprocess.run([sys.executable, "-c", FLOOD], capture_output=True, check=True)
     assert int(done.stdout) < 900, done.stdout
+
+
+KEEPING = """
+import resource
+from launcher.posix.allocator import keep_freed_memory
+
+keep_freed_memory()
+part = b"x" * 8_000_000
+for number in range(40):
+    whole = b"".join((part, b"y"))
+    del whole
+    if number == 3:
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+
+
+def test_large_buffers_are_used_again_where_freed_memory_is_kept():
+    done = subprocess.run([sys.executable, "-c", KEEPING], capture_output=True, check=True)
+    assert int(done.stdout) < 2_000, done.stdout  # one of them has 2,000 pages
