@@ -13,10 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, NamedTuple
 
+from benchmarks.harness import NotHereError
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 REFERENCE = Path(__file__).with_name("reference.py")
-# What the hook of the wheels sets: a shell has none of it.
-HOOK = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")
 RUN_TIMEOUT_S = 120.0  # a run that takes longer has failed
 
 _LAUNCH_FILE = """from launch import LaunchDescription
@@ -97,6 +97,20 @@ def python_environment() -> dict[str, str]:
     """The environment, but with cached byte code, so that compilation is not measured."""
     unwanted = ("PYTHONDONTWRITEBYTECODE", "NO_COLOR", "FORCE_COLOR")
     return {name: value for name, value in os.environ.items() if name not in unwanted}
+
+
+def shell_environment() -> dict[str, str]:
+    """The same without what the hook of the wheels has set for this process."""
+    of_hook = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")
+    return {name: value for name, value in python_environment().items() if name not in of_hook}
+
+
+def installed_command() -> str:
+    """The command `launcher` of this environment; NotHereError."""
+    command = Path(sys.executable).with_name("launcher")
+    if not command.exists():
+        raise NotHereError(f"{command} is not installed")
+    return str(command)
 
 
 def _launcher_command(work: Work, *words: str) -> list[str]:

@@ -6,19 +6,18 @@ import subprocess
 import sys
 import time
 from functools import partial
-from pathlib import Path
 
 from benchmarks.contestant import (
-    HOOK,
     LAUNCHER,
     SPAWN_LOOP,
     Contestant,
     Work,
+    installed_command,
     python_environment,
+    shell_environment,
     wait_for_end,
 )
 from benchmarks.harness import (
-    NotHereError,
     Row,
     interleaved,
     median,
@@ -31,7 +30,6 @@ from benchmarks.watch import ExecWatch
 
 FEW, MANY = 50, 200
 SHELL_S = 0.05  # what is hardly noticed
-COMMAND = Path(sys.executable).with_name("launcher")
 ROS2_LAUNCH_S = 0.43  # `ros2 launch` on the machine of docs/inside/benchmarks.md
 
 
@@ -55,38 +53,21 @@ def first_exec(runs: int) -> list[Row]:
 
 
 def from_shell(runs: int) -> list[Row]:
-    """The installed command as a shell starts it, to the first of ten; against `python -c pass`."""
-    if not COMMAND.exists():
-        raise NotHereError(f"{COMMAND} is not installed")
-    typed = Contestant("command", _typed_command, lambda work: as_in_a_shell(work.folder))
-    found = interleaved(
-        runs, {"command": lambda: _exec_times(typed, 10)[0], "module": _exec_of_module}
+    """The installed command as a shell starts it, to the first of ten; against `python -m`."""
+    installed = installed_command()
+    typed = Contestant(
+        "command", lambda work: [installed, LAUNCHER.command(work)[-1]], _as_in_a_shell
     )
-    ours, module = found["command"], found["module"]
-    return [
-        Row(
-            "command in a shell to the first of ten",
-            median(ours),
-            "s",
-            SHELL_S,
-            f"{milliseconds(ours)}; {ratio(ours, module):.2f} x of python -m launcher",
-        )
-    ]
+    module = Contestant("module", LAUNCHER.command, _as_in_a_shell)
+    measures = {one.name: partial(_exec_times, one, 10) for one in (typed, module)}
+    times = interleaved(runs, measures)
+    ours, theirs = ([one[0] for one in times[name]] for name in measures)
+    detail = f"{milliseconds(ours)}; {ratio(ours, theirs):.2f} x of python -m launcher"
+    return [Row("command in a shell to the first of ten", median(ours), "s", SHELL_S, detail)]
 
 
-def _typed_command(work: Work) -> list[str]:
-    return [str(COMMAND), LAUNCHER.command(work)[-1]]
-
-
-def _exec_of_module() -> float:
-    module = Contestant("module", LAUNCHER.command, lambda work: as_in_a_shell(work.folder))
-    return _exec_times(module, 10)[0]
-
-
-def as_in_a_shell(folder: Path) -> dict[str, str]:
-    """The environment without what the hook of the wheels has set for this process."""
-    found = {name: value for name, value in python_environment().items() if name not in HOOK}
-    return {**found, "ROS_LOG_DIR": str(folder / "log")}
+def _as_in_a_shell(work: Work) -> dict[str, str]:
+    return {**shell_environment(), "ROS_LOG_DIR": str(work.folder / "log")}
 
 
 def many_execs(runs: int) -> list[Row]:
