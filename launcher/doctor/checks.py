@@ -12,6 +12,7 @@ from launcher.doctor.doctor_facts import DoctorFacts, Finding, Leftover, Unreach
 from launcher.doctor.network_checks import check_network
 from launcher.doctor.settings_checks import check_settings
 from launcher.doctor.workspace_checks import check_workspace
+from launcher.packages.byte_code import VARIABLE
 
 MB = 1024**2
 NODE_SHM_BYTES = 700_000  # of an rclpy node: a segment and two ports
@@ -129,6 +130,15 @@ def launcher_version(facts: DoctorFacts) -> Verdict:
     if _numbers(facts.version) < _numbers(installed):
         return _problem(text, "start the launcher from another folder, or update this one")
     return _note(text, "install again: pip install --no-deps --editable .")
+
+
+@_check("byte code")
+def byte_code(facts: DoctorFacts) -> Verdict:
+    found = facts.uncached
+    if found is None:
+        return _ok("that of the launcher, of rclpy and of the standard library is kept")
+    unset = f"unset {VARIABLE}, or: " if found.is_by_variable else ""
+    return _note(f"{found}, which takes twice as long", f"{unset}{found.command}")
 
 
 @_check("ROS_DOMAIN_ID")

@@ -29,6 +29,7 @@ from launcher.output.logs.old_runs import kept_beyond
 from launcher.output.logs.run_directory import log_root
 from launcher.packages import distribution
 from launcher.packages.absent_ros import misfit, remedy
+from launcher.packages.byte_code import uncached
 from launcher.packages.extras import DISTRIBUTION
 from launcher.posix import log_folder, proc
 from launcher.posix.cleanup.run_id import abandoned_groups, abandoned_runs
@@ -93,6 +94,7 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
         settings=collect_settings(env),
         kept_runs=len(kept),
         kept_bytes=sum(map(size_of, kept)),
+        uncached=uncached(env),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from launcher.base.model.level import Level
 from launcher.base.model.record import Record
+from launcher.packages.byte_code import Uncached
 from launcher.run.monitor.shared_memory import Stale
 
 
@@ -139,3 +140,4 @@ class DoctorFacts(Record):
     settings: SettingsFacts | None = None
     kept_runs: int = 0  # beyond the last ones, in the log folder
     kept_bytes: int = 0
+    uncached: Uncached | None = None  # packages whose byte code is lost

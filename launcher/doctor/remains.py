@@ -17,7 +17,6 @@ from launcher.base import text_file
 from launcher.base.model.record import Record
 from launcher.base.program import program
 from launcher.base.text import count
-from launcher.control.console.history_file import history_path
 from launcher.doctor.checks import FIX, MB
 from launcher.hosts.engine.systemd import unit_installer
 from launcher.hosts.file.hosts_model import Host
@@ -25,6 +24,7 @@ from launcher.output.logs.old_runs import EVIDENCE, runs
 from launcher.output.logs.run_directory import EVENTS, log_root
 from launcher.posix import log_folder, socket_directory
 from launcher.posix.cleanup.run_id import abandoned_groups
+from launcher.posix.state_folder import state_folder
 from launcher.run.monitor import shared_memory
 from launcher.workspace.building.toolchain.compiler import zig_caches
 
@@ -100,10 +100,10 @@ def _private(env: Environment) -> Found:
             yield _entry("sockets of runs, and logs that ~/.ros did not take", path)
 
 
-def _history(env: Environment) -> Found:
-    folder = str(history_path(env).parent)
+def _state(env: Environment) -> Found:
+    folder = state_folder(env)
     if os.path.isdir(folder):
-        yield _entry("lines typed in the console", folder)
+        yield _entry("lines typed in the console, and which notices were shown", folder)
 
 
 def _temporary(_: Environment) -> Found:
@@ -174,7 +174,7 @@ _OWNERS: Sequence[Callable[[Environment], Found]] = (
     _runs,
     _node_logs,
     _private,
-    _history,
+    _state,
     _temporary,
     _compiler_caches,
     _synced,

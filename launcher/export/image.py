@@ -164,6 +164,8 @@ RUN pip install --no-cache-dir --find-links /tmp/wheels \\
       --requirement /usr/local/share/launcher/requirements.txt \\
  && pip install --no-cache-dir --no-deps {_wheel_words(image)} \\
  && rm -rf /tmp/wheels
+# pip compiles what it installs, but the image of Python is without byte code of its library.
+RUN python3 -m compileall -qq /usr/local/lib/python{image.python} || true
 
 RUN useradd --create-home --uid 10001 launcher
 # By number, so that Kubernetes can verify that it is not root.

@@ -8,7 +8,8 @@ Doors:
 * `finder`: the prefix and share folder of a package, its executables; its docstring has the order
   of search. `source_packages`: packages used from their source folder, by `setup_reader` (a
   separate process: what their setup.py would install) and `overlay` (a prefix of links to that).
-  `entry_points`: console scripts that pip has installed.
+  `entry_points`: console scripts that pip has installed. `byte_code`: packages that Python compiles
+  at every start.
 * `distribution`: which ROS 2 is in use, and the variables that name it. `package_origins`: where
   well-known packages come from: a wheel, sources, an installation of ROS 2.
 * `workspace`: the colcon workspace that a user has named, or the one around the working directory.

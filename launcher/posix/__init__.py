@@ -22,7 +22,7 @@ Doors:
   typed, by name.
 * `allocator`: memory that is freed is kept for the next large buffer.
 * `log_folder`: a folder for logs that can be written. `socket_directory`: the private folder of
-  sockets.
+  sockets. `state_folder`: that of what is remembered of a user.
 * `domains`: ROS domain ids and the range of discovery. `domain_lease`: a domain for exclusive use.
   `ports`: domains in use, by their UDP ports; `crowd`: more nodes than have ports.
 

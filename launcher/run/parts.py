@@ -104,6 +104,12 @@ def page_options(prefix: str) -> tuple[Option, ...]:
     )
 
 
+def _loses_byte_code() -> bool:
+    """Whether Python may have compiled this module in vain."""
+    cached = __spec__.cached if __spec__ is not None else None
+    return "PYTHONDONTWRITEBYTECODE" in os.environ or not os.path.exists(cached or "")
+
+
 DRY_RUN = option("--dry-run", "only show what would be done")
 STATE = option("STATE", "on or off")
 
@@ -265,6 +271,13 @@ ROWS = (
                 value=False,
             ),
         ),
+    ),
+    PartRow(
+        "launcher.run.byte_code_notice:ByteCodeNotice",
+        wanted=lambda run: (
+            _loses_byte_code() and not (run.launched.is_script or run.launched.is_test)
+        ),
+        delay_s=0.3,  # leaves the processor to processes that are starting
     ),
     PartRow(
         "launcher.run.reload.reload:Reloader",

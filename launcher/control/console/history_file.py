@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from launcher.posix.state_folder import state_folder
+
 
 def history_path(env: Mapping[str, str]) -> Path:
-    """`$XDG_STATE_HOME/ros-launcher/history`, by default below ~/.local/state."""
-    root = env.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
-    return Path(root) / "ros-launcher" / "history"
+    """A file in the folder of what is remembered of the user."""
+    return Path(state_folder(env), "history")

@@ -29,6 +29,8 @@ from launcher.packages import overlay
 from launcher.packages.source_packages import OVERLAY_FOLDER
 from launcher.posix import log_folder, socket_directory
 from launcher.posix.domain_lease import leased_domain
+from launcher.posix.state_folder import state_folder
+from launcher.run.byte_code_notice import FILE, is_new
 from launcher.workspace.building.toolchain.compiler import zig_caches
 from tests.support.json_forms import fit
 from tests.support.repository import REPOSITORY
@@ -96,6 +98,10 @@ LEFT = {
     ),
     "history": (
         lambda _: open_history(history_path(os.environ)),
+        {"home/.local/state/ros-launcher"},
+    ),
+    "notices": (
+        lambda _: is_new("a notice", f"{state_folder(os.environ)}/{FILE}"),
         {"home/.local/state/ros-launcher"},
     ),
     "package": (

@@ -22,6 +22,7 @@ from launcher.doctor.doctor_facts import (
     Space,
     Unreachable,
 )
+from launcher.packages.byte_code import Uncached
 from launcher.posix import proc
 from launcher.posix.cleanup.run_id import abandoned_runs, is_abandoned, run_id_of
 from launcher.run.monitor.shared_memory import Stale
@@ -102,6 +103,18 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
             "problem",
             "rclpy: No module",
             "source the setup file, or pip install 'ros2-launcher[jazzy]'",
+        ),
+        (
+            {"uncached": Uncached(("rclpy",), ("/a",), True, "python -m compileall -qq /a")},
+            "note",
+            "compiles rclpy again at every start, since PYTHONDONTWRITEBYTECODE is set, which",
+            "unset PYTHONDONTWRITEBYTECODE, or: python -m compileall -qq /a",
+        ),
+        (
+            {"uncached": Uncached(("launcher", "rclpy"), ("/a",), False, "sudo python")},
+            "note",
+            "compiles launcher, rclpy again at every start, since it may not write",
+            "sudo python",
         ),
         ({"ros": None}, "problem", "none is found", "source the setup file, or pip install"),
         ({"ros_misfit": "is for Python 3.10"}, "problem", "is for Python 3.10", "source the"),

@@ -39,7 +39,9 @@ def test_the_recipe(tmp_path: Path):
     recipe = files(image)["image/Containerfile"]
     assert f"FROM python:{image.python}-slim\n" in recipe
     assert "STOPSIGNAL SIGINT\n" in recipe
-    assert "USER 10001\n" in recipe
+    assert recipe.index(f"-m compileall -qq /usr/local/lib/python{image.python} ") < recipe.index(
+        "USER 10001\n"
+    )
     assert "--no-deps /tmp/wheels/group_gp1-*.whl /tmp/wheels/ros2_launcher-*.whl" in recipe
     assert files(image)["image/requirements.txt"] == "".join(f"{one}\n" for one in image.pinned)
     assert build_commands(image)[-1] == "podman build --tag localhost/fleet image"

@@ -36,6 +36,14 @@ def test_a_failed_process_is_reported_with_its_code_and_fails_the_run(bench: Ben
     assert re.search(r"process has died \[pid \d+, exit code -11, cmd ", out)
 
 
+def test_a_start_without_byte_code_says_so_in_an_idle_moment(bench: Bench):
+    bench.env |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPYCACHEPREFIX": f"{bench.folder}/none"}
+    told = "until grep -q 'at every start, since P' $ROS_LOG_DIR/launch.log; do sleep 0.05; done"
+    done = bench.run(f'sh("{told}")')
+    assert done.returncode == 0
+    assert done.stdout.decode().count("[INFO] [launch]: Python compiles launcher") == 1
+
+
 def test_a_missing_program_is_reported_and_the_others_run_on(bench: Bench):
     done = bench.run('ExecuteProcess(cmd=["/no/such/program"]), sh("echo hello")')
     out = done.stdout.decode()
