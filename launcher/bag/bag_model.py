@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -16,8 +17,20 @@ LAST_NS = 2**63 - 1  # the last time that ROS has room for, in the year 2262
 # A QoS profile as in `metadata.yaml`: policies in lower case, times as {"sec": .., "nsec": ..}.
 Qos = Mapping[str, Any]
 
-# The times of the messages of each topic (`log_ns`), in no particular order.
-Times = dict[str, "array[int]"]
+# Times of messages (`log_ns`), by their topics, and before them a time: none of the blocks that
+# follow has an earlier one.
+TimesBlock = tuple[int, dict[str, "array[int]"]]
+_BLOCK = 10_000
+
+
+def time_blocks(times: Iterable[tuple[str, int]]) -> Iterator[TimesBlock]:
+    """Of topics with sorted times."""
+    left = iter(times)
+    while block := list(itertools.islice(left, _BLOCK)):
+        found: dict[str, array[int]] = {}
+        for topic, time_ns in block:
+            found.setdefault(topic, array("q")).append(time_ns)
+        yield block[-1][1], found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

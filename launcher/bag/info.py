@@ -8,17 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from launcher.bag import bag_actions, bag_services, quantity_texts
-from launcher.bag.bag_model import Qos, Times, Topic
+from launcher.bag.bag_model import Qos, Topic
 from launcher.bag.reader import Bag
-from launcher.bag.topic_course import (
-    ASCII_BLOCKS,
-    BLOCKS,
-    NS,
-    bar,
-    course,
-    longest_gap,
-    mean_hz,
-)
+from launcher.bag.topic_course import ASCII_BLOCKS, BLOCKS, NS, TopicTimes, bar, measured
 
 _INDENT = " " * 19
 _SERVICE_INDENT = " " * 21
@@ -34,11 +26,11 @@ SORTS: Mapping[str, Callable[[Topic, int], Any]] = {
 
 @dataclass(slots=True)
 class Info:
-    """A bag with what was asked for: `times` of messages, and with `verbose` sizes and calls."""
+    """A bag with what was asked for: `times` of its topics, and with `verbose` sizes and calls."""
 
     bag: Bag
     topics: list[Topic]
-    times: Times | None = None
+    times: Mapping[str, TopicTimes] | None = None
     sizes: dict[str, int] | None = None
     calls: dict[str, bag_services.CallCounter] = field(default_factory=dict)
 
@@ -69,14 +61,23 @@ class Info:
         return self.bag.extent.counts.get(topic.name, 0)
 
 
-def read(path: str, *, sort: str = "name", rates: bool = True, verbose: bool = False) -> Info:
-    """BagError."""
+def read(
+    path: str,
+    *,
+    sort: str = "name",
+    rates: bool = True,
+    verbose: bool = False,
+    width: int | None = None,
+) -> Info:
+    """`width` is that of the terminal; None is for JSON. BagError."""
     bag = Bag(path)
     counts = bag.extent.counts
     topics = sorted(bag.topics, key=lambda one: SORTS[sort](one, counts.get(one.name, 0)))
     info = Info(bag, topics)
     if rates:
-        info.times = bag.times()
+        parts = _JSON_PARTS if width is None else _rate_widths(info, width)[1]
+        ends = bag.extent.start_ns, bag.extent.end_ns
+        info.times = measured(bag.times(), lambda: TopicTimes(*ends, parts))
     if verbose:
         _read_messages(info)
     return info
@@ -210,25 +211,29 @@ def _rate_lines(info: Info, width: int, blocks: str) -> Iterator[str]:
     topics = [topic for topic in info.topics if info.count(topic)]
     if not topics or info.times is None:
         return
-    extent = info.bag.extent
-    name_width = min(max(len(topic.name) for topic in topics), max(width // 3, _LEAST_WIDTH))
-    number_width = len(_numbers("", "", "", ""))
-    parts = max(width - name_width - number_width - 4, _LEAST_WIDTH)
-    scale_s = extent.duration_ns / NS / parts
+    name_width, parts = _rate_widths(info, width)
+    scale_s = info.bag.extent.duration_ns / NS / parts
     yield f"Rates:             Hz over time, {scale_s:.3g} s in each column"
     header = _numbers("min", "mean", "max", "gap (s)")
     yield f"{'':{name_width}}  {'':{parts}}  {header}"
     for topic in topics:
-        times: Sequence[int] = info.times.get(topic.name, [])
-        found = course(times, extent.start_ns, extent.end_ns, parts)
-        gap = longest_gap(times)
+        times = info.times.get(topic.name) or TopicTimes(parts=parts)
+        found, gap = times.course(), times.longest_gap
         numbers = _numbers(
             hz(found.least_hz),
-            hz(mean_hz(times)),
+            hz(times.mean_hz),
             hz(found.most_hz),
             "-" if gap is None else f"{gap.length_ns / NS:.3g}",
         )
         yield f"{_short(topic.name, name_width)}  {bar(found.parts_hz, blocks)}  {numbers}"
+
+
+def _rate_widths(info: Info, width: int) -> tuple[int, int]:
+    """Of the names of topics, and of their bars."""
+    longest = max((len(topic.name) for topic in info.topics if info.count(topic)), default=0)
+    name_width = min(longest, max(width // 3, _LEAST_WIDTH))
+    number_width = len(_numbers("", "", "", ""))
+    return name_width, max(width - name_width - number_width - 4, _LEAST_WIDTH)
 
 
 def _numbers(least: str, mean: str, most: str, gap: str) -> str:
@@ -295,12 +300,10 @@ def _topic(info: Info, topic: Topic) -> dict[str, Any]:
 
 
 def _rate(info: Info, topic: Topic) -> dict[str, Any]:
-    times: Sequence[int] = (info.times or {}).get(topic.name, [])
-    extent = info.bag.extent
-    found = course(times, extent.start_ns, extent.end_ns, _JSON_PARTS)
-    gap = longest_gap(times)
+    times = (info.times or {}).get(topic.name) or TopicTimes(parts=_JSON_PARTS)
+    found, gap = times.course(), times.longest_gap
     return {
-        "mean_hz": mean_hz(times),
+        "mean_hz": times.mean_hz,
         "min_hz": found.least_hz,
         "max_hz": found.most_hz,
         "longest_gap_s": None if gap is None else gap.length_ns / NS,

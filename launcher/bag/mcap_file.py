@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import heapq
+import itertools
 from array import array
 from collections.abc import Callable, Iterator, Mapping
 from typing import IO, Any
@@ -21,10 +22,11 @@ from launcher.bag.bag_model import (
     Extent,
     Message,
     Span,
-    Times,
+    TimesBlock,
     Topic,
     merged,
     never,
+    time_blocks,
 )
 from launcher.bag.mcap_records import (
     HEAD,
@@ -106,9 +108,13 @@ class McapFile:
         start_ns, end_ns = self.extent.start_ns, self.extent.end_ns
         self.extent = Extent(_by_topic(counts, self._channels), start_ns, end_ns)
         with contextlib.suppress(BagError):
-            if times := [one for one in self.times().values() if one]:
-                self.extent.start_ns = min(map(min, times))
-                self.extent.end_ns = max(map(max, times))
+            times = Extent()
+            for _, found in self.times():
+                for topic, one in found.items():
+                    if one:
+                        times.merge(Extent({topic: len(one)}, min(one), max(one)))
+            if times.counts:
+                self.extent.start_ns, self.extent.end_ns = times.start_ns, times.end_ns
 
     def messages(
         self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never
@@ -141,35 +147,36 @@ class McapFile:
             f"{self._path} is damaged: {reason}", hint=f"bag check {self._path} says where"
         )
 
-    def times(self) -> Times:
-        """From the indexes behind the chunks, without decompressing these."""
+    def times(self) -> Iterator[TimesBlock]:
+        """From the indexes behind the chunks, without decompressing these. BagError."""
         try:
-            found = self._index_times()
+            indexed = sum(len(one) for _, found in self._indexed() for one in found.values())
         except Damage:
-            found = {}
-        if sum(map(len, found.values())) == self.extent.total:
-            return found
-        found = {}  # the file has no such indexes, or some are missing
-        for message in self.messages(None, Span()):
-            found.setdefault(message.topic, array("q")).append(message.log_ns)
-        return found
+            indexed = -1
+        if indexed == self.extent.total:
+            try:
+                yield from self._indexed()
+            except Damage as damage:
+                raise self._damaged(str(damage)) from None
+        else:  # the file has no such indexes, or some are missing
+            yield from time_blocks((one.topic, one.log_ns) for one in self.messages(None, Span()))
 
-    def _index_times(self) -> Times:
-        found: Times = {}
+    def _indexed(self) -> Iterator[TimesBlock]:
+        """A block for each chunk. Damage."""
         size = RecordSource(self._stream).size
-        for chunk in self._chunks:
+        chunks = sorted(self._chunks, key=lambda one: one.message_start_time)
+        for chunk, following in itertools.zip_longest(chunks, chunks[1:]):
             start = chunk.chunk_start_offset + chunk.chunk_length
             if start + chunk.message_index_length > size:
                 raise Damage("the index of a chunk is elsewhere")
             self._stream.seek(start)
+            found: dict[str, array[int]] = {}
             for channel_id, times in index_times(self._stream.read(chunk.message_index_length)):
                 if channel_id not in self._channels:
                     raise Damage("an index is of an unknown channel")
-                if channel_id in self._left_out:
-                    continue
-                topic = self._channels[channel_id].topic
-                found.setdefault(topic, array("q")).extend(times)
-        return found
+                if channel_id not in self._left_out:
+                    found.setdefault(self._channels[channel_id].topic, array("q")).extend(times)
+            yield (following or chunk).message_start_time, found
 
     def _chunked(
         self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool]

@@ -7,6 +7,7 @@ touch them takes longer than writing. Here a message is copied once, into its ch
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import struct
@@ -40,6 +41,15 @@ _LEVELS = {
     "lz4": ("lz4", 0),
     "none": ("", 0),
 }
+
+
+class _Encoded(bytes):
+    """A record of the summary; the index of a chunk takes a seventh of the memory of an object."""
+
+    __slots__ = ()
+
+    def write(self, builder: RecordBuilder) -> None:
+        builder.write(self)
 
 
 class McapStream:
@@ -146,7 +156,7 @@ class McapStream:
         )
         indexes = self._index_records(chunk)
         self._write((HEAD.pack(Opcode.CHUNK, length) + head, *parts, indexes))
-        found.chunks.append(chunk)
+        found.chunks.append(_Encoded(_bytes_of(chunk)))
         for channel, index in self._indexes.items():
             number = len(index) // 2
             found.counts[channel] = found.counts.get(channel, 0) + number
@@ -178,13 +188,16 @@ class McapStream:
     def finish(self) -> None:
         """Write the summary, and close the file when it is on the disk."""
         self.flush()
+        # topics without messages: what is in the summary has to be in the data, too
+        self._write((b"".join(self._parts),))
         _write_all(self._file.fileno(), (summary_of(self._found),))
         os.fsync(self._file.fileno())
         self._file.close()
 
     def abandon(self) -> None:
         """Close the file with whatever has reached it."""
-        self._file.close()
+        with contextlib.suppress(OSError):  # of a network file system that is full
+            self._file.close()
 
     def _write(self, pieces: Sequence[bytes]) -> None:
         found = self._found

@@ -396,7 +396,10 @@ def index_times(block: bytes) -> Iterator[tuple[int, array[int]]]:
                 pairs = array("q", block[start : start + size])
                 if sys.byteorder == "big":
                     pairs.byteswap()
-                yield channel_id, pairs[::2]
+                times = pairs[::2]
+                if min(times, default=0) < 0:
+                    raise Damage("an index has an impossible time")
+                yield channel_id, times
             offset += length
     except (struct.error, ValueError):
         raise Damage("an index is damaged") from None

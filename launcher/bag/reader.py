@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import contextlib
 import functools
 import heapq
@@ -22,7 +23,7 @@ from launcher.bag.bag_model import (
     Extent,
     Message,
     Span,
-    Times,
+    TimesBlock,
     Topic,
     merged,
     never,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 _ENDINGS = (".mcap", ".db3")
 _SUFFIX = ".zstd"
 _EVERYTHING = Span()
+_USUAL_TIMES = 20_000  # of messages that wait for others of a bag
 
 
 class Bag:
@@ -184,20 +186,18 @@ class Bag:
         for stream in streams:
             yield from stream
 
-    def times(self) -> Times:
-        """The times of the messages of each topic, sorted. BagError.
+    def times(self) -> Iterator[tuple[str, array[int]]]:
+        """The times of the messages, as `TopicTimes` takes them. BagError.
 
         It takes no more than the indexes where a file has them.
         """
-        found: Times = {}
-        for path in self.files:
-            with self._opened(path) as file:
-                for topic, times in file.times().items():
-                    if topic in found:
-                        found[topic].extend(times)
-                    else:
-                        found[topic] = times
-        return {topic: _sorted(times) for topic, times in found.items()}
+        return _in_order(
+            (self.summary_of(path)[1].start_ns, self._times_of(path)) for path in self.files
+        )
+
+    def _times_of(self, path: str) -> Iterator[TimesBlock]:
+        with self._opened(path) as file:
+            yield from file.times()
 
     def _of_file(
         self,
@@ -218,11 +218,47 @@ class Bag:
                     raise BagError(f"{path}: {error}") from None
 
 
-def _sorted(times: array[int]) -> array[int]:
-    """Most are, and a list of them takes five times the memory."""
-    if all(map(operator.le, times, itertools.islice(times, 1, None))):
-        return times
-    return array("q", sorted(times))
+def _in_order(
+    sources: Iterable[tuple[int, Iterator[TimesBlock]]],
+) -> Iterator[tuple[str, array[int]]]:
+    """The blocks of sources that each begin at a time, merged.
+
+    What is not before the times that may follow waits: little, unless everything overlaps.
+    """
+    heap = [(start_ns, number, source) for number, (start_ns, source) in enumerate(sources)]
+    heapq.heapify(heap)
+    waiting: dict[str, array[int]] = {}
+    size = limit = 0
+    while heap:
+        _, number, source = heap[0]
+        if (block := next(source, None)) is None:
+            heapq.heappop(heap)
+            continue
+        until_ns, found = block
+        heapq.heapreplace(heap, (until_ns, number, source))
+        for topic, times in found.items():
+            waiting.setdefault(topic, array("q")).extend(times)
+            size += len(times)
+        if size > limit:  # it grows with what stays, so that this is not sorted too often
+            yield from _taken(waiting, heap[0][0])
+            size = sum(map(len, waiting.values()))
+            limit = max(_USUAL_TIMES, 2 * size)
+    yield from _taken(waiting, None)
+
+
+def _taken(
+    waiting: dict[str, array[int]], until_ns: int | None
+) -> Iterator[tuple[str, array[int]]]:
+    """The times before this one (None: all), sorted; the others stay."""
+    for topic, times in waiting.items():
+        ordered = times if _is_sorted(times) else array("q", sorted(times))
+        number = len(ordered) if until_ns is None else bisect.bisect_left(ordered, until_ns)
+        waiting[topic] = ordered[number:]
+        yield topic, ordered[:number]
+
+
+def _is_sorted(times: array[int]) -> bool:
+    return all(map(operator.le, times, itertools.islice(times, 1, None)))
 
 
 def open_storage(path: str) -> McapFile | SqliteFile:

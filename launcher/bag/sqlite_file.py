@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import sqlite3
-from array import array
 from collections.abc import Callable, Iterator
 from typing import Any
 from urllib.parse import quote
@@ -18,10 +17,11 @@ from launcher.bag.bag_model import (
     Extent,
     Message,
     Span,
-    Times,
+    TimesBlock,
     Topic,
     merged,
     never,
+    time_blocks,
 )
 
 _TABLES = ("topics", "messages", "message_definitions")
@@ -189,15 +189,15 @@ class SqliteFile:
     def _damage(self) -> contextlib.AbstractContextManager[None]:
         return self._guarded("{} is damaged: {}")
 
-    def times(self) -> Times:
+    def times(self) -> Iterator[TimesBlock]:
         """BagError at a damaged page."""
-        found: Times = {}
         with self._damage():
-            for topic_id, time_ns in self._rows("SELECT topic_id, timestamp FROM messages"):
-                name = self._topic_of(topic_id)
-                if topic_id not in self._left_out:
-                    found.setdefault(name, array("q")).append(_time(time_ns))
-        return found
+            rows = self._rows("SELECT topic_id, timestamp FROM messages ORDER BY timestamp")
+            yield from time_blocks(
+                (self._topic_of(topic_id), _time(time_ns))
+                for topic_id, time_ns in rows
+                if topic_id not in self._left_out
+            )
 
     def close(self) -> None:
         self._database.close()

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import bisect
 import itertools
+import operator
 import statistics
-from collections.abc import Iterator, Sequence
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,19 +21,6 @@ class MessageGap(NamedTuple):
 
     length_ns: int
     start_ns: int
-
-
-def mean_hz(times_ns: Sequence[int]) -> float | None:
-    """The rate between the first and the last message; None if it cannot be determined."""
-    if len(times_ns) < 2 or times_ns[-1] == times_ns[0]:
-        return None
-    return (len(times_ns) - 1) * NS / (times_ns[-1] - times_ns[0])
-
-
-def longest_gap(times_ns: Sequence[int]) -> MessageGap | None:
-    """The longest interval between two messages; None with fewer than two."""
-    gaps = (MessageGap(b - a, a) for a, b in itertools.pairwise(times_ns))
-    return max(gaps, key=lambda gap: gap.length_ns, default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,65 +53,170 @@ class Course:
         )
 
 
-def course(times_ns: Sequence[int], start_ns: int, end_ns: int, parts: int) -> Course:
-    """Of sorted times, all of them between `start_ns` and `end_ns`."""
-    if not times_ns or end_ns <= start_ns or parts < 1:
-        return Course((None,) * max(parts, 0))
-    width_ns = (end_ns - start_ns) / parts
-    numbers, covered = [0.0] * parts, [0.0] * parts
-    alone: set[int] = set()
+class TopicTimes:
+    """What the times of a topic show, which are added in blocks and not kept.
 
-    def part_of(time_ns: float) -> int:
-        return max(0, min(parts - 1, int((time_ns - start_ns) / width_ns)))
+    All are sorted, and equal ones in the same block. With `parts`, all of them are between
+    `start_ns` and `end_ns`.
+    """
 
-    def add(part: int, number: float, time_ns: float, *, is_single: bool = False) -> None:
-        if is_single and not covered[part]:
-            alone.add(part)
-        else:
-            alone.discard(part)
-        numbers[part] += number
-        covered[part] += time_ns
+    def __init__(self, start_ns: int = 0, end_ns: int = 0, parts: int = 0) -> None:
+        self.count = 0
+        self.first_ns = 0
+        self.longest_gap: MessageGap | None = None  # None with fewer than two messages
+        self._last_ns = 0
+        self._parts = parts
+        self._course = _Parts(start_ns, end_ns, parts) if parts > 0 and end_ns > start_ns else None
 
-    for first, last in _streaks(times_ns):
-        streak = times_ns[first], times_ns[last]
-        if streak[0] == streak[1]:
-            add(part_of(streak[0]), last - first + 1, width_ns, is_single=first == last)
-            continue
-        for part in range(part_of(streak[0]), part_of(streak[1]) + 1):
-            begin = max(streak[0], start_ns + part * width_ns)
-            end = min(streak[1], start_ns + (part + 1) * width_ns)
+    @property
+    def mean_hz(self) -> float | None:
+        """The rate between the first and the last message; None if it cannot be determined."""
+        if self._last_ns == self.first_ns:
+            return None
+        return (self.count - 1) * NS / (self._last_ns - self.first_ns)
+
+    def add(self, times_ns: Sequence[int]) -> None:
+        if not times_ns:
+            return
+        if not self.count:
+            self.first_ns = self._last_ns = times_ns[0]
+        self.count += len(times_ns)
+        intervals = _intervals(self._last_ns, times_ns)
+        longest = max(intervals)
+        gap = self.longest_gap
+        if self.count > 1 and (gap is None or longest > gap.length_ns):
+            end_ns = times_ns[intervals.index(longest)]
+            self.longest_gap = MessageGap(longest, end_ns - longest)
+        if self._course is not None:
+            self._course.add(times_ns)
+        self._last_ns = times_ns[-1]
+
+    def course(self) -> Course:
+        """After the last block."""
+        if self._course is None or not self.count:
+            return Course((None,) * self._parts)
+        return self._course.finish()
+
+
+def _intervals(before_ns: int, times_ns: Sequence[int]) -> array[int]:
+    """To each of these times, from the one before it."""
+    return array("q", map(operator.sub, times_ns, itertools.chain((before_ns,), times_ns)))
+
+
+class _Parts:
+    """The numbers of messages in the parts of a time, and how much of each part these cover.
+
+    The messages without a gap between them are a streak. Of the open one, its first and last time
+    are known; it is in no part while these are the same.
+    """
+
+    def __init__(self, start_ns: int, end_ns: int, parts: int) -> None:
+        self._start_ns = start_ns
+        self._width_ns = (end_ns - start_ns) / parts
+        self._numbers, self._covered = [0.0] * parts, [0.0] * parts
+        self._alone: set[int] = set()
+        self._sample = array("q")
+        self._limit_ns = 0.0  # longer intervals are gaps; 0 until it is known
+        self._first_ns = self._last_ns = self._number = 0
+
+    def add(self, times_ns: Sequence[int]) -> None:
+        if self._limit_ns:
+            self._take(times_ns)
+            return
+        self._sample.extend(times_ns)
+        if len(self._sample) > _SAMPLE:
+            self._take_sample()
+
+    def _take_sample(self) -> None:
+        intervals = _intervals(self._sample[0], self._sample[: _SAMPLE + 1])[1:]
+        usual_ns = statistics.median(intervals) if intervals else 0
+        self._limit_ns = max(_GAP_PERIODS * usual_ns, 1)
+        self._first_ns = self._last_ns = self._sample[0]
+        self._take(self._sample)
+        self._sample = array("q")
+
+    def _take(self, times_ns: Sequence[int]) -> None:
+        first = 0
+        intervals = _intervals(self._last_ns, times_ns)
+        if max(intervals) > self._limit_ns:
+            for index, interval_ns in enumerate(intervals):
+                if interval_ns > self._limit_ns:
+                    self._extend(times_ns[first:index])
+                    self._end()
+                    first, self._first_ns = index, times_ns[index]
+                    self._last_ns = self._first_ns
+        self._extend(times_ns[first:])
+
+    def _extend(self, times_ns: Sequence[int]) -> None:
+        """Continue the streak. Equal times at its begin are no rate yet."""
+        if not times_ns:
+            return
+        points = array("q", times_ns)
+        if self._number:
+            points.insert(0, self._last_ns)
+        self._number += len(times_ns)
+        self._last_ns = points[-1]
+        for part in range(self._part_of(points[0]), self._part_of(points[-1]) + 1):
+            begin, end = max(points[0], self._edge(part)), min(points[-1], self._edge(part + 1))
             if end > begin:
-                number = _index(times_ns, end, first, last) - _index(times_ns, begin, first, last)
-                add(part, number, end - begin)
-    return Course(
-        tuple(
-            number * NS / min(max(time_ns, 1.0), width_ns) if time_ns else None
-            for number, time_ns in zip(numbers, covered, strict=True)
-        ),
-        frozenset(alone),
-    )
+                self._add(part, _index(points, end) - _index(points, begin), end - begin)
+
+    def _end(self) -> None:
+        """The streak is over."""
+        if self._number and self._first_ns == self._last_ns:
+            part = self._part_of(self._first_ns)
+            is_alone = self._number == 1 and not self._covered[part]
+            self._add(part, self._number, self._width_ns)
+            if is_alone:
+                self._alone.add(part)
+        self._number = 0
+
+    def _part_of(self, time_ns: int) -> int:
+        part = int((time_ns - self._start_ns) / self._width_ns)
+        return max(0, min(len(self._numbers) - 1, part))
+
+    def _edge(self, part: int) -> int:
+        """Where a part begins: an integer, as floats are not exact for times of today."""
+        return self._start_ns + int(part * self._width_ns)
+
+    def _add(self, part: int, number: float, covered_ns: float) -> None:
+        self._alone.discard(part)
+        self._numbers[part] += number
+        self._covered[part] += covered_ns
+
+    def finish(self) -> Course:
+        if self._sample:
+            self._take_sample()
+        self._end()
+        return Course(
+            tuple(
+                number * NS / min(max(covered_ns, 1.0), self._width_ns) if covered_ns else None
+                for number, covered_ns in zip(self._numbers, self._covered, strict=True)
+            ),
+            frozenset(self._alone),
+        )
 
 
-def _streaks(times_ns: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """The first and the last index of messages without a gap between them."""
-    sample = times_ns[: _SAMPLE + 1]
-    usual_ns = statistics.median(b - a for a, b in itertools.pairwise(sample)) if sample[1:] else 0
-    limit_ns = max(_GAP_PERIODS * usual_ns, 1)
-    first = 0
-    for index, (a, b) in enumerate(itertools.pairwise(times_ns)):
-        if b - a > limit_ns:
-            yield first, index
-            first = index + 1
-    yield first, len(times_ns) - 1
-
-
-def _index(times_ns: Sequence[int], at_ns: float, low: int, high: int) -> float:
+def _index(times_ns: Sequence[int], at_ns: int) -> float:
     """The number of messages before a time, with the part of the interval that it is in."""
-    after = min(max(bisect.bisect_right(times_ns, at_ns, low, high + 1), low + 1), high)
+    last = len(times_ns) - 1
+    after = min(max(bisect.bisect_right(times_ns, at_ns), 1), last)
     before_ns, after_ns = times_ns[after - 1], times_ns[after]
     if after_ns == before_ns:
         return float(after)
     return after - 1 + min(1.0, max(0.0, (at_ns - before_ns) / (after_ns - before_ns)))
+
+
+def measured(
+    blocks: Iterable[tuple[str, Sequence[int]]], begin: Callable[[], TopicTimes] = TopicTimes
+) -> dict[str, TopicTimes]:
+    """What the blocks of each topic show; `begin` makes what they are added to."""
+    found: dict[str, TopicTimes] = {}
+    for topic, times_ns in blocks:
+        if topic not in found:
+            found[topic] = begin()
+        found[topic].add(times_ns)
+    return found
 
 
 # The characters of bars, for the least rate to the highest one.

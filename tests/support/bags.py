@@ -85,6 +85,14 @@ def counting(topic: str, number: int, period_s: float = 0.1) -> list[Message]:
     return [message(topic, n * period_s, f"message {n}", n + 1) for n in range(number)]
 
 
+def times_of(bag: Bag) -> dict[str, list[int]]:
+    """Those of the messages of each topic."""
+    found: dict[str, list[int]] = {}
+    for topic, times in bag.times():
+        found.setdefault(topic, []).extend(times)
+    return found
+
+
 def foreign_bag(
     folder: Path,
     messages: Sequence[tuple[str, str, int, object]],

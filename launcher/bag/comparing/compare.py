@@ -19,6 +19,7 @@ from launcher.bag.comparing.topic_traits import (
 )
 from launcher.bag.decode import Decoder, decoder
 from launcher.bag.reader import Bag
+from launcher.bag.topic_course import TopicTimes
 from launcher.bag.topic_selection import Selection
 
 
@@ -137,8 +138,9 @@ class _Side:
     def traits(self, name: str) -> Traits | None:
         if name not in self.topics:
             return None
-        tally = self._tallies[name]
-        return traits_of(self.topics[name], tally.times_ns, tally.latencies_ns)
+        tally, times = self._tallies[name], TopicTimes()
+        times.add(tally.times_ns)
+        return traits_of(self.topics[name], times, tally.latencies_ns)
 
 
 def _read(sides: tuple[_Side, _Side], pairs: _Pairs, origins: tuple[int, int]) -> None:

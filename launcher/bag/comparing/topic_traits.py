@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 
 from launcher.bag.bag_model import Topic
-from launcher.bag.topic_course import NS, longest_gap, mean_hz
+from launcher.bag.topic_course import NS, TopicTimes
 
 MIN_MESSAGES = 5  # of fewer, the rate is not judged
 GAP_SLACK_S = 0.1  # of the longest gap: what a busy machine makes of any topic
@@ -35,17 +35,16 @@ class Traits:
         return {"name": found.pop("name"), "messages": found.pop("count"), **found}
 
 
-def traits_of(topic: Topic, times_ns: Sequence[int], latencies_ns: Sequence[int] = ()) -> Traits:
-    """Of sorted times."""
-    gap = longest_gap(times_ns)
+def traits_of(topic: Topic, times: TopicTimes, latencies_ns: Sequence[int] = ()) -> Traits:
+    gap = times.longest_gap
     ordered = sorted(latencies_ns)
     return Traits(
         name=topic.name,
         type=topic.type,
         type_hash=topic.type_hash,
-        count=len(times_ns),
-        start_ns=times_ns[0] if times_ns else 0,
-        rate_hz=mean_hz(times_ns),
+        count=times.count,
+        start_ns=times.first_ns,
+        rate_hz=times.mean_hz,
         gap_s=None if gap is None else gap.length_ns / NS,
         latency_s=ordered[len(ordered) // 2] / NS if ordered else None,
         latency_p99_s=ordered[(len(ordered) * 99) // 100] / NS if ordered else None,

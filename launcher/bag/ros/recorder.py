@@ -146,7 +146,7 @@ class Recorder:
         if now >= self._next_forget_s:
             self._forget_gone(now)
             self._next_forget_s = time.monotonic() + _FORGET_S
-        return self.take()
+        return self.take(_BURST)
 
     def _look(self) -> None:
         selection = self._options.selection
@@ -278,13 +278,13 @@ class Recorder:
             recorded.topic = replace(recorded.topic, qos=profiles)
             self._sink.set_qos(recorded.topic.name, profiles)
 
-    def take(self) -> int:
-        """Take what has arrived."""
+    def take(self, most: int = qos.LISTEN_DEPTH) -> int:
+        """Take what has arrived, at most so many messages of each topic."""
         if self._clock is not None:
             self._read_clock()
         self.is_taking = True
-        numbers = [self._take_from(one) for one in self.topics.values()]
-        self.is_behind = max(numbers, default=0) >= _BURST
+        numbers = [self._take_from(one, most) for one in self.topics.values()]
+        self.is_behind = max(numbers, default=0) >= most
         self.is_taking = False
         return sum(numbers)
 
@@ -299,11 +299,11 @@ class Recorder:
         with handle:
             while (raw := self._taker.take(handle)) is not None:
                 seconds, nanoseconds = _STAMP.unpack_from(raw.data)
-                self._sim_ns = seconds * 10**9 + nanoseconds
+                self._sim_ns = max(seconds * 10**9 + nanoseconds, 0)
 
-    def _take_from(self, recorded: Recorded) -> int:
+    def _take_from(self, recorded: Recorded, most: int) -> int:
         count = 0
-        for raw, lost in recorded.fitted.take(_BURST):
+        for raw, lost in recorded.fitted.take(most):
             count += 1
             self._pass_on(recorded, raw, lost)
         return count
@@ -311,14 +311,15 @@ class Recorder:
     def _pass_on(self, recorded: Recorded, raw: RawMessage, lost: int) -> None:
         if not self.paused:
             recorded.lost += lost
+        source_ns = max(raw.source_ns, 0)  # bags have no time before 1970
         log_ns: int | None = raw.received_ns
         if self._options.use_sim_time:
             log_ns = self._sim_ns
         if self.watch is not None and log_ns is not None:
-            self.watch(recorded.topic.name, raw.source_ns, log_ns)
+            self.watch(recorded.topic.name, source_ns, log_ns)
         if self.paused or log_ns is None:  # there is no time before the first /clock
             return
-        message = Message(recorded.topic.name, log_ns, raw.source_ns, raw.sequence, raw.data)
+        message = Message(recorded.topic.name, log_ns, source_ns, raw.sequence, raw.data)
         if self._sink.put(message, raw.publisher):
             recorded.count += 1
             self.bytes += len(raw.data)

@@ -32,12 +32,14 @@ def _info(options: Parsed) -> int:
         from launcher.posix.allocator import keep_freed_memory
 
         keep_freed_memory()
+    width = shutil.get_terminal_size().columns
     found = [
         info.read(
             path,
             sort=options.sort,
             rates=not (options.no_rates or options.topic_name),
             verbose=options.verbose and not options.topic_name,
+            width=None if options.json else width,
         )
         for path in options.bags
     ]
@@ -46,7 +48,6 @@ def _info(options: Parsed) -> int:
     if options.json:
         print_json({"bags": [info.document(one) for one in found]})
         return ExitCode.OK
-    width = shutil.get_terminal_size().columns
     for one in found:
         if options.topic_name:
             lines: Iterable[str] = [topic.name for topic in one.plain_topics]

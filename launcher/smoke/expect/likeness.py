@@ -80,11 +80,12 @@ class Likeness:
 def traits_of_bag(bag: Bag, names: Iterable[str]) -> dict[str, Traits]:
     """BagError."""
     from launcher.bag.comparing.topic_traits import traits_of
+    from launcher.bag.topic_course import TopicTimes, measured
 
-    times = bag.times()
+    times = measured(bag.times())
     wanted = frozenset(names)
     return {
-        topic.name: traits_of(topic, times.get(topic.name, []))
+        topic.name: traits_of(topic, times.get(topic.name) or TopicTimes())
         for topic in bag.topics
         if topic.name in wanted
     }

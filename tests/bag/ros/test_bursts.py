@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rclpy.duration import Duration
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 
@@ -25,10 +26,16 @@ def test_a_recorder_is_behind_until_all_are_taken(tmp_path: Path):
         wait_until(
             lambda: (recorder.poll(), publisher.get_subscription_count())[1], "a subscription"
         )
-        for number in range(_BURST + 1):
-            publisher.publish(String(data=str(number)))
-        assert publisher.wait_for_all_acked(Duration(seconds=20))
-
-        taken = [(recorder.take(), recorder.is_behind) for _ in range(3)]
+        send(publisher)
+        taken = [(recorder.take(_BURST), recorder.is_behind) for _ in range(3)]
+        send(publisher)
+        taken += [(recorder.take(), recorder.is_behind)]  # before a pause, and at the end
         recorder.close()
-    assert taken == [(_BURST, True), (1, False), (0, False)]
+    assert taken == [(_BURST, True), (1, False), (0, False), (_BURST + 1, False)]
+
+
+def send(publisher: Publisher) -> None:
+    """More than a recorder takes in one turn."""
+    for number in range(_BURST + 1):
+        publisher.publish(String(data=str(number)))
+    assert publisher.wait_for_all_acked(Duration(seconds=20))

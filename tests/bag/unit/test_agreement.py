@@ -14,7 +14,15 @@ from launcher.bag import check, metadata
 from launcher.bag import verbs as bag_verb
 from launcher.bag.bag_model import BagError
 from launcher.bag.reader import Bag
-from tests.support.bags import START_NS, contents, convert, counting, string_cdr, write_bag
+from tests.support.bags import (
+    START_NS,
+    contents,
+    convert,
+    counting,
+    string_cdr,
+    times_of,
+    write_bag,
+)
 
 INT32 = b"\0\1\0\0\1\0\0\0"
 STRING_TEXT = "string data\n"
@@ -78,7 +86,7 @@ def test_messages_of_other_channels_are_left_out_and_named(
     assert bag.extent.counts == {"/a": 10}
     assert bag.left_out == {"/a": other.count}
     assert (bag.extent.start_ns, bag.extent.duration_ns) == (START_NS, 4 * SECOND)
-    assert {topic: len(times) for topic, times in bag.times().items()} == {"/a": 10}
+    assert {topic: len(times) for topic, times in times_of(bag).items()} == {"/a": 10}
     notes = [note for note in bag.notes if note.startswith("/a is std_msgs/msg/String (cdr); ")]
     assert len(notes) == 1
     assert text in notes[0]
@@ -141,7 +149,7 @@ def test_rows_of_one_name_in_a_database(tmp_path: Path):
     bag = Bag(str(tmp_path / "b.db3"))
     assert data_of(bag) == {string_cdr("x")}
     assert bag.extent.counts == {"/a": 2}
-    assert {topic: list(times) for topic, times in bag.times().items()} == {"/a": [5, 6]}
+    assert times_of(bag) == {"/a": [5, 6]}
     assert bag.left_out == {"/a": 1}
     assert "std_msgs/msg/Int32" in bag.notes[0]
     (report,) = check.check(str(tmp_path / "b.db3")).files

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import io
+import itertools
 import json
+import random
 import struct
 import subprocess
 import sys
+import tracemalloc
+from array import array
+from collections import defaultdict
 from pathlib import Path
+from unittest import mock
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from rosbags.rosbag2 import StoragePlugin
 
-from launcher.bag import mcap_file, topic_course
+from launcher.bag import mcap_file, reader, topic_course
 from launcher.bag import verbs as bag_verb
 from launcher.bag.bag_model import Message, Topic
 from launcher.bag.reader import Bag
+from launcher.bag.topic_course import Course, TopicTimes, measured
 from launcher.bag.writer import BagWriter, Storage
 from launcher.base.errors import UsageError
 from tests.support.bags import (
@@ -25,6 +34,7 @@ from tests.support.bags import (
     foreign_bag,
     message,
     string_topic,
+    times_of,
     write_bag,
 )
 
@@ -179,7 +189,7 @@ def test_bags_of_another_library(tmp_path: Path, capsys, plugin, version):
     assert topic["rate"]["mean_hz"] == 1.0
     assert topic["rate"]["min_hz"] == pytest.approx(1.0)
     assert topic["size_bytes"] == 11 * 8
-    assert list(Bag(str(folder)).times()["/n"]) == [one[2] for one in messages]
+    assert times_of(Bag(str(folder)))["/n"] == [one[2] for one in messages]
 
 
 def service_event(kind: int, number: int) -> bytes:
@@ -250,18 +260,72 @@ def test_an_unfinished_bag_is_told_on_stderr(tmp_path: Path, capsys):
 
 def test_without_indexes_times_come_from_the_messages(tmp_path: Path, monkeypatch):
     folder = write_bag(tmp_path / "b", counting("/a", 30), storage=Storage(max_bytes=2000))
-    known = Bag(str(folder)).times()
+    known = times_of(Bag(str(folder)))
     monkeypatch.setattr(mcap_file, "index_times", lambda block: iter(()))
-    assert Bag(str(folder)).times() == known
+    assert times_of(Bag(str(folder))) == known
     assert len(known["/a"]) == 30
+
+
+def test_times_of_files_and_chunks_that_overlap_are_in_order():
+    """Chunks by topics, and files of which one begins within the other, as of two recorders."""
+    generator = random.Random(1)
+    files, expected = [], defaultdict[str, list[int]](list)
+    for first in (0, 300):
+        starts = sorted(generator.choices(range(first, first + 1000), k=30))
+        blocks = []
+        for start, following in itertools.zip_longest(starts, starts[1:]):
+            times = [start, *(start + generator.randrange(100) for _ in range(20))]
+            topic = generator.choice("abc")
+            blocks.append((start if following is None else following, {topic: array("q", times)}))
+            expected[topic] += times
+        files.append((starts[0], iter(blocks)))
+    found = defaultdict[str, list[int]](list)
+    for topic, times in reader._in_order(files):
+        found[topic] += times
+    assert found == {topic: sorted(times) for topic, times in expected.items()}
+
+
+def test_the_times_of_a_long_bag_are_not_kept():
+    number, length = 60, 10_000
+    blocks = (
+        ((n + 1) * length, {"/a": array("q", range(n * length, (n + 1) * length))})
+        for n in range(number)
+    )
+    tracemalloc.start()
+    times = measured(reader._in_order([(0, blocks)]), lambda: TopicTimes(0, number * length, 50))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert times["/a"].course().parts_hz == pytest.approx([10**9] * 50, rel=0.01)
+    assert times["/a"].count == number * length
+    assert peak < 3_000_000  # 8 bytes each would be 4,800,000
+
+
+@given(st.lists(st.integers(0, 60)), st.integers(1, 10**8))
+def test_what_times_show_does_not_depend_on_their_blocks(roots: list[int], length_ns: int):
+    times = [*itertools.accumulate((1000 * root**3 for root in roots), initial=10**18)]
+    with mock.patch.object(topic_course, "_SAMPLE", 5):
+        whole, parts = (TopicTimes(times[0] - 5, times[-1] + 7, 9) for _ in range(2))
+        whole.add(times)
+        for _, block in itertools.groupby(times, key=lambda time: time // length_ns):
+            parts.add(list(block))
+        assert parts.course().alone == whole.course().alone
+        assert parts.course().parts_hz == pytest.approx(whole.course().parts_hz)
+    assert (parts.count, parts.mean_hz) == (whole.count, whole.mean_hz)
+    assert parts.longest_gap == whole.longest_gap
+
+
+def course(times: list[int], end_ns: int, parts: int) -> Course:
+    found = TopicTimes(0, end_ns, parts)
+    found.add(times)
+    return found.course()
 
 
 def test_a_slow_topic_is_steady_and_a_single_message_counts():
     second = 10**9
-    slow = topic_course.course([0, 4 * second, 8 * second], 0, 10 * second, 20)
+    slow = course([0, 4 * second, 8 * second], 10 * second, 20)
     assert slow.parts_hz[:16] == pytest.approx([0.25] * 16)
     assert slow.parts_hz[16:] == (None,) * 4
-    single = topic_course.course([5 * second], 0, 10 * second, 10)
+    single = course([5 * second], 10 * second, 10)
     assert single.parts_hz == (*[None] * 5, 1.0, *[None] * 4)
     assert topic_course.bar(single.parts_hz) == "     █    "
     assert topic_course.bar([1.0, 4.0, 8.0, None]) == "▁▄█ "
@@ -280,10 +344,10 @@ def test_a_rate_needs_two_messages(tmp_path: Path, capsys):
 def test_a_message_alone_behind_a_gap_has_no_rate():
     second = 10**9
     times = [*range(0, 4 * second, second), 90 * second]
-    found = topic_course.course(times, 0, 100 * second, 1000)
+    found = course(times, 100 * second, 1000)
     assert (found.least_hz, found.most_hz) == pytest.approx((1.0, 1.0))
     assert found.parts_hz[900] is not None  # it is in the bar
-    wide = topic_course.course([0, 1, 2, 9 * second, 9 * second + 50], 0, 10 * second, 2)
+    wide = course([0, 1, 2, 9 * second, 9 * second + 50], 10 * second, 2)
     assert wide.least_hz is not None
 
 

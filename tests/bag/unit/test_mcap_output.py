@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from pathlib import Path
 
 import pytest
 from mcap.data_stream import RecordBuilder
-from mcap.records import DataEnd
+from mcap.records import Channel, DataEnd, Schema
+from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from launcher.bag.compression import PRESETS
@@ -103,3 +105,24 @@ def test_each_preset_can_be_read(tmp_path: Path, preset: str):
     bag = write_bag(tmp_path / "b", messages, storage=Storage(chunk_compression=PRESETS[preset]))
 
     assert agreed_counts(bag) == {"/a": 500}
+
+
+def test_topics_without_messages_are_in_the_data(tmp_path: Path):
+    """More than the system takes pieces in one call."""
+    path = tmp_path / "x.mcap"
+    writer = McapStream(str(path), CHUNK_BYTES, "none")
+    schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+    for number in range(1100):
+        writer.add_channel(f"/{number}", "cdr", schema, {})
+    writer.finish()
+
+    with path.open("rb") as stream:
+        kinds = Counter(type(record) for record in StreamReader(stream).records)
+    assert (kinds[Schema], kinds[Channel]) == (2, 2200)  # here and in the summary
+
+
+def test_what_cannot_be_closed_is_left(tmp_path: Path):
+    writer = McapStream(str(tmp_path / "x.mcap"), CHUNK_BYTES, "none")
+    os.close(writer._file.fileno())
+    writer.abandon()
+    assert writer.closed

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from launcher.bag.comparing.topic_traits import Traits, traits_of
+from launcher.bag.topic_course import TopicTimes
 from launcher.base.errors import LauncherError
 from launcher.smoke.expect.expectation import Decision
 from launcher.smoke.expect.likeness import traits_of_bag
@@ -35,9 +36,15 @@ def folder(tmp_path: Path) -> Path:
 def recorded(**traits: list[float]) -> dict[str, Traits]:
     """Topics with the times of their messages in seconds."""
     return {
-        f"/{name}": traits_of(string_topic(f"/{name}"), [START_NS + int(t * 1e9) for t in times])
+        f"/{name}": traits_of(string_topic(f"/{name}"), times_at(times))
         for name, times in traits.items()
     }
+
+
+def times_at(times_s: list[float]) -> TopicTimes:
+    found = TopicTimes()
+    found.add([START_NS + int(one * 1e9) for one in times_s])
+    return found
 
 
 def every(period_s: float, until_s: float = 5.0) -> list[float]:
