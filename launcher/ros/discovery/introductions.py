@@ -38,7 +38,12 @@ if TYPE_CHECKING:
     from launcher.run.run import Run
 
 POLL_S = 0.02
-PATIENCE_S = 10.0  # for the participant of a process that has started; then it may have none
+# Some processes have several participants, those of other programs count as well, and a hundred
+# nodes that start at the same time import rclpy for a minute.
+SLOW_POLL_S = 0.2
+# After the last start, or the last participant of it: how long a participant is about to appear,
+# and how long it may appear, if there are fewer than processes and if there are as many.
+SOON_S, LATE_S, SURPLUS_S = 10.0, 60.0, 5.0
 # After a participant has its port. On an idle machine it listens 5 ms later; the others are for a
 # busy one.
 INTRODUCED_S = (0.02, 0.1, 0.3)
@@ -83,11 +88,10 @@ class _Domain:
     def __init__(self, run: Run, number: int) -> None:
         self._reactor = run.reactor
         self._number = number
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
-        self._socket.setblocking(False)
+        self._is_closed = False
         self._known: set[int] = set()
         self._expected = 0
-        self._until_s = 0.0
+        self._since_s = 0.0
         self._timer: Timer | None = None
         self._announced: list[tuple[bytes, Iterable[int]]] = []  # the ends, and for whom
 
@@ -95,35 +99,41 @@ class _Domain:
         """One more participant is about to appear."""
         if self._timer is None:
             self._expected, self._known = 0, occupied_ports(self._number)
-            self._wait()
-        self._expected += 1
-        self._until_s = self._reactor.now() + PATIENCE_S
+        self._since_s = self._reactor.now()
+        self._expected = max(self._expected, 0) + 1
+        if self._timer is None or self._timer.when > self._since_s + POLL_S:
+            self._wait(POLL_S)
 
     def close(self) -> None:
+        self._is_closed = True
         if self._timer is not None:
             self._timer.cancel()
         for one in list(self._announced):
             self._dispose(one)
-        self._socket.close()
 
-    def _wait(self) -> None:
-        self._timer = self._reactor.call_later(POLL_S, self._look)
+    def _wait(self, delay_s: float) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._reactor.call_later(delay_s, self._look)
 
     def _look(self) -> None:
-        self._timer = None
+        self._timer, now_s = None, self._reactor.now()
         ports = occupied_ports(self._number)
         new, self._known = ports - self._known, ports
-        self._expected -= len(new)
+        if new:
+            self._expected -= len(new)
+            self._since_s = now_s
         if new and len(ports) > 1:
             for delay_s in INTRODUCED_S:
                 self._reactor.call_later(delay_s, functools.partial(self._introduce, new, ports))
-        if self._expected > 0 and self._reactor.now() < self._until_s:
-            self._wait()
+        age_s, is_short = now_s - self._since_s, self._expected > 0
+        if age_s < (LATE_S if is_short else SURPLUS_S):
+            self._wait(POLL_S if is_short and age_s < SOON_S else SLOW_POLL_S)
 
     def _introduce(self, new: Iterable[int], others: Iterable[int]) -> None:
         """Let the others answer the new ones."""
-        if self._socket.fileno() < 0:
-            return  # the run has ended
+        if self._is_closed:
+            return
         for ports in _chunks(sorted(new), _ADDRESSES):
             announcement, end = introduction(ports)
             self._send(announcement, others)
@@ -137,9 +147,14 @@ class _Domain:
             self._send(*announced)
 
     def _send(self, message: bytes, ports: Iterable[int]) -> None:
-        for port in ports:
-            with contextlib.suppress(OSError):  # it has gone, or there is no network
-                self._socket.sendto(message, ("127.0.0.1", port))
+        with (
+            contextlib.suppress(OSError),  # there is no network
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as sender,
+        ):
+            sender.setblocking(False)
+            for port in ports:
+                with contextlib.suppress(OSError):  # it has gone
+                    sender.sendto(message, ("127.0.0.1", port))
 
 
 def introduction(ports: Iterable[int]) -> tuple[bytes, bytes]:

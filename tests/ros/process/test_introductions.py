@@ -24,18 +24,22 @@ from launch_ros.actions import Node
 def generate_launch_description():
     return LaunchDescription([Node(executable="{script}", name="late")])
 """
-# Takes the ports of the second participant, and ends when the test has seen what it waits for.
+# Takes the ports of the second and then of the third participant, and ends when the test has seen
+# what it waits for.
 NODE = """#!{python}
 import socket, time
 time.sleep(0.2)
-sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2)]
-for number, one in enumerate(sockets):
-    one.bind(("127.0.0.1", {port} + number))
-sockets[0].settimeout({wait_s})
-try:
-    sockets[0].recv(100)
-except TimeoutError:
-    pass
+kept = []
+for port in ({port}, {port} + 2):
+    sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2)]
+    kept += sockets
+    for number, one in enumerate(sockets):
+        one.bind(("127.0.0.1", port + number))
+    sockets[0].settimeout({wait_s})
+    try:
+        sockets[0].recv(100)
+    except TimeoutError:
+        break
 """
 
 
@@ -80,14 +84,16 @@ def received(ports: socket.socket) -> list[rtps.Data]:
     return [one for one in found if isinstance(one, rtps.Data)]
 
 
-def test_a_new_participant_is_announced_with_its_address_and_disposed_of(env, tmp_path):
+def test_new_participants_of_a_process_are_announced_with_their_addresses_and_disposed_of(
+    env, tmp_path
+):
     port = multicast_port(int(env["ROS_DOMAIN_ID"])) + 12
     with participant(env) as ports:
-        assert run_late(env, tmp_path, 1.0).code == 0
+        assert run_late(env, tmp_path, 20.0).code == 0
         samples = received(ports)
     announced = [one for one in samples if not one.gone]
     assert announced
-    assert {contact_in(one.payload)[0] for one in announced} == {port}
+    assert {contact_in(one.payload)[0] for one in announced} == {port, port + 2}
     assert {one.writer for one in samples if one.gone} == {one.writer for one in announced}
 
 
