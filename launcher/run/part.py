@@ -162,6 +162,9 @@ class StartStage(Part):
         """Let its start go on."""
         self.run.driver.pass_on(process, self)
 
+    def expect(self, process: Process) -> None:
+        """It is being stopped, and will be started when it has ended."""
+
     def withdraw(self, process: Process) -> bool:
         """Drop a process that is kept here, which shall not start; False if it is not here."""
         return False

@@ -87,6 +87,11 @@ class ProcessDriver:
         for stage in self._stages:
             stage.skip(process)
 
+    def expect(self, process: Process) -> None:
+        """A process that is being stopped will be started when it has ended."""
+        for stage in self._stages:
+            stage.expect(process)
+
     def begin_again(self, process: Process) -> None:
         """Give up a start that a stage is carrying out, and begin it with what its spec is now."""
         for stage in self._stages:

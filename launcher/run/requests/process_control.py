@@ -181,6 +181,8 @@ class ProcessControl(Part):
                 step.old_pid = _pid_of(process)
                 process.is_replaced = all(one.is_replacement for one in step.requests)
                 self._driver.advance(process, MachineCommand.USER_STOP)
+                if step.purpose.starts:
+                    self._driver.expect(process)
             case RequestOrder.START:
                 self._driver.advance(process, MachineCommand.USER_START)
             case RequestOrder.SKIP_WAIT:

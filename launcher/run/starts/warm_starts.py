@@ -74,6 +74,10 @@ class WarmStarts(StartStage):
         if self._spawner is not None:
             self._spawner.settle()
 
+    def expect(self, process: Process) -> None:
+        if self._spawner is not None and self._is_wanted(process):
+            self._spawner.expect(process)
+
     def withdraw(self, process: Process) -> bool:
         return self._spawner is not None and self._spawner.withdraw(process)
 

@@ -6,9 +6,9 @@ what it does not take is spawned cold. In the launcher: `eligibility` says why a
 descriptors.
 
 In the preparing process: `preparing` is its script, `preparing_service` its loop; `preparation`
-finds what to import, imports it and finds what is no good for a fork. `forking` makes a process;
-`child` and `warm_program` make of it what an executed one would be. `stack_answer` reports what its
-threads are doing, where py-spy cannot.
+finds what to import, imports it and finds what is no good for a fork. `forking` makes a process,
+`spare` one ahead of its start; `child` and `warm_program` make of it what an executed one would be.
+`stack_answer` reports what its threads are doing, where py-spy cannot.
 
 A request goes through a Unix socket with SCM_RIGHTS (`preparing_messages`): standard streams and a
 `status` socket. The preparing process forks twice; the process in between exits before the answer,

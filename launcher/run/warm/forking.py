@@ -25,8 +25,8 @@ class Forker:
     def __init__(self, tracing: Tracing | None) -> None:
         self._tracing = tracing
 
-    def fork(self) -> int:
-        """The pid of the new process, which leads a session; 0 in it."""
+    def fork(self, *, leads_session: bool = True) -> int:
+        """The pid of the new process; 0 in it."""
         theirs, ours = os.pipe()
         between = self.fork_child()
         if between == 0:
@@ -34,7 +34,8 @@ class Forker:
                 is_between = os.fork() != 0
             if is_between:
                 os._exit(0)
-            os.setsid()
+            if leads_session:
+                os.setsid()
             os.write(ours, b"%d" % os.getpid())
             os.close(ours)
             os.close(theirs)

@@ -126,7 +126,7 @@ class PreparingProcess:
         returncode, _ = spawn.reap(self._pidfd)
         with contextlib.suppress(ChildProcessError):
             while True:
-                os.waitpid(-self.pid, 0)
+                spawn.started.discard(os.waitpid(-self.pid, 0)[0])
         os.close(self._pidfd)
         self._pidfd_is_open = False
         return returncode

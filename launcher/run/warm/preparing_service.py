@@ -1,11 +1,12 @@
 """Serves the requests of the launcher, in the preparing process.
 
 The first request says which programs to prepare for; the answers to it are `{"step": name}` as a
-sign of life, and `{"ready": ...}`. Each further one is a start: its descriptors are stdin, stdout,
-stderr and `status`, a socket; the answer is `{"start": number, "pid": pid}`. The new process waits
-on `status` for a byte, or ends with its peer, and closes it when its program begins; or it writes
-to it what was refused (`limits.parse_refusal`). `{"stale": name}` says that what was imported has
-changed on disk.
+sign of life, and `{"ready": ...}`. Each further one with `start` is a start: its descriptors are
+stdin, stdout, stderr and `status`, a socket; the answer is `{"start": number, "pid": pid}`. The new
+process waits on `status` for a byte, or ends with its peer, and closes it when its program begins;
+or it writes to it what was refused (`limits.parse_refusal`). `{"stale": name}` says that what was
+imported has changed on disk. An empty request announces a start, for which a process is forked
+ahead; the answer is `{"spare": pid}`.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from launcher.run.warm import preparing_messages
 from launcher.run.warm.child import become
 from launcher.run.warm.forking import Forker
 from launcher.run.warm.preparation import Preparation, Scan
+from launcher.run.warm.spare import Spare
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -88,19 +90,28 @@ def _begin_again(socket: _socket.socket, order: Any) -> None:
 def _serve_starts(
     socket: _socket.socket, forker: Forker, stamps: Stamps, added: dict[str, str]
 ) -> Callable[[], object]:
+    spare: Spare | None = None
     while True:
         request = preparing_messages.receive_request(socket)
         if request is None:
             os._exit(0)
         content, fds = request
+        if not content:
+            spare = spare or Spare(forker)
+            if spare.pid == 0:
+                socket.close()
+                return become(*spare.wait(), added, forker.restore_threads)
+            preparing_messages.send_answer(socket, {"spare": spare.pid})
+            continue
         changed = stamps.first_change()
         if changed is not None:
             preparing_messages.send_answer(socket, {"stale": changed})
             os._exit(0)
-        pid = forker.fork()
+        pid = spare.pid if spare is not None and spare.give(content, fds) else forker.fork()
         if pid == 0:
             socket.close()
             return become(content, fds, added, forker.restore_threads)
+        spare = None
         for fd in fds:
             os.close(fd)
         preparing_messages.send_answer(socket, {"start": content["start"], "pid": pid})

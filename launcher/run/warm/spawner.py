@@ -193,6 +193,8 @@ class WarmSpawner:
         assert self._preparing is not None
         if "start" in answer:
             self._forked(self._sent.pop(answer["start"]), answer["pid"])
+        elif "spare" in answer:
+            spawn.started.add(answer["spare"])  # it is no orphan
         elif "ready" in answer:
             self._prepared = Prepared(**answer["ready"])
             self._check_again()
@@ -294,6 +296,14 @@ class WarmSpawner:
         if not start.is_withdrawn:
             start.process.start_kind = f"cold, because {why}"
             self._driver.spawn(start.process)
+
+    def expect(self, process: Process) -> None:
+        """It is being stopped, and will be started then: let that not wait for the fork."""
+        is_idle = self._prepared is not None and not (self._sent or self._waiting)
+        if is_idle and not isinstance(self._start_of(process), str):
+            assert self._preparing is not None
+            with contextlib.suppress(OSError):
+                self._preparing.send({})
 
     def withdraw(self, process: Process) -> bool:
         """Give up the start of a process; False if none is under way."""

@@ -18,6 +18,7 @@ import pytest
 
 from launcher.base.model.record import replace
 from launcher.base.model.spec import Limits, ProcessSpec
+from launcher.posix import spawn
 from launcher.posix.cleanup import subreaper
 from launcher.posix.limits import parse_refusal
 from launcher.posix.reactor import Reactor
@@ -228,6 +229,54 @@ def test_a_start_that_is_withdrawn_never_begins(bed: Bed, is_prepared: bool):
     assert "withdrawn" not in (*bed.pids, *bed.cold)
     # It was reaped: what was forked for it ends when it sees that nobody waits.
     bed.run(lambda: not set(children(os.getpid())) - before - {bed.pid})
+
+
+def spare_for(bed: Bed, process: Process) -> int:
+    """The pid of what is forked ahead for it; the spawner has prepared."""
+    before = set(children(os.getpid()))
+    bed.spawner.expect(process)
+    bed.run(lambda: set(children(os.getpid())) - before)
+    (pid,) = set(children(os.getpid())) - before
+    bed.run(lambda: pid in spawn.started)
+    return pid
+
+
+def test_an_expected_start_takes_the_process_that_was_forked_ahead(bed: Bed):
+    bed.prepare()
+    leads_session = "import os, sys; sys.exit(os.getsid(0) == os.getpid())"
+    process = bed.process(leads_session, "expected")
+    spare = spare_for(bed, process)
+    bed.spawner.expect(process)  # there is one already
+    assert bed.spawner.admit(process)
+    bed.run(lambda: "expected" in bed.ended)
+    assert (bed.pids["expected"], bed.ended["expected"]) == (spare, 1)
+    bed.start("", "next")
+    bed.run(lambda: "next" in bed.ended)
+    assert bed.cold == bed.warnings == []
+
+
+def test_without_the_process_that_was_forked_ahead_another_is_forked(bed: Bed):
+    bed.prepare()
+    process = bed.process("", "expected")
+    spare = spare_for(bed, process)
+    os.kill(spare, signal.SIGKILL)
+    bed.run(lambda: not is_alive(spare))
+    assert bed.spawner.admit(process)
+    bed.run(lambda: "expected" in bed.ended)
+    assert bed.pids["expected"] != spare
+    assert bed.cold == bed.warnings == []
+
+
+@pytest.mark.parametrize("is_killed", [False, True])
+def test_what_was_forked_ahead_ends_with_the_preparing_process(bed: Bed, is_killed: bool):
+    pid = bed.prepare()
+    spare = spare_for(bed, bed.process("", "expected"))
+    if is_killed:
+        os.kill(pid, signal.SIGKILL)
+        bed.run(lambda: bed.warnings)
+    else:
+        bed.spawner.close()
+    assert not {pid, spare} & {*children(os.getpid()), *spawn.started}
 
 
 def test_a_refused_limit_is_told_as_by_a_cold_start(bed: Bed):
