@@ -17,6 +17,8 @@ from launcher.packages.distribution import has_fast_dds_3
 from launcher.posix.dispositions import for_exec
 
 PROGRAM = "fast-discovery-server"
+# Room for what many nodes send at once. The program does not read the default profiles of users.
+PROFILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "discovery_server.xml")
 _MISSING = 127  # as a shell says
 
 
@@ -37,7 +39,7 @@ def main(words: list[str]) -> None:
         raise SystemExit(_MISSING)
     words = ["-i", index, "-l", listen, "-p", port]
     with for_exec():
-        command = [binary, *_front(binary), *words]
+        command = [binary, *_front(binary), "-x", PROFILE, *words]
         os.execve(binary, command, environment(os.environ, binary))
 
 

@@ -55,7 +55,9 @@ def test_fast_dds_3_is_given_the_number_of_its_command(
     monkeypatch.setattr(os, "execve", lambda path, words, environ: run.append(words))
 
     discovery_server.main(["0", "127.0.0.1", "11811"])
-    assert run == [[str(binary), *front, "-i", "0", "-l", "127.0.0.1", "-p", "11811"]]
+    server = ["-x", discovery_server.PROFILE, "-i", "0", "-l", "127.0.0.1", "-p", "11811"]
+    assert run == [[str(binary), *front, *server]]
+    assert os.path.isfile(discovery_server.PROFILE)
 
 
 def test_without_a_server_the_message_says_where_it_comes_from(
