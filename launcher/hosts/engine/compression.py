@@ -7,10 +7,11 @@ does not wait is sent as it is, so that the delay of a line stays the same.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     Bytes = bytes | memoryview
 
 METHOD = "zlib"  # as launcher and agent call it
@@ -33,7 +34,8 @@ class LinkCompression:
     urgent work on this computer, compression stops.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self.is_possible = False  # the other side can unpack
         self.is_wanted = False
         self._is_trial = False
@@ -82,10 +84,10 @@ class LinkCompression:
         """The parts of frames in one, compressed."""
         import zlib  # most links never need it
 
-        begin_s = time.monotonic()
+        begin_s = self._clock()
         data = b"".join(parts)
         packed = zlib.compress(data, _LEVEL)
-        now_s = time.monotonic()
+        now_s = self._clock()
         self._packed += len(packed)
         self._bytes += len(data)
         self._seconds += now_s - begin_s
