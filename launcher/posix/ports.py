@@ -42,9 +42,14 @@ def busy_domains() -> set[int]:
 
 def occupied_ports(domain_id: int) -> set[int]:
     """The ports for announcements that participants of a domain have on this machine."""
-    bound = {port for port, _ in proc.udp_sockets()}
-    ports = {multicast_port(domain_id) + offset for offset in _UNICAST}
-    return {port for port in ports & bound if port + 1 in bound}
+    return set(occupied_sockets(domain_id))
+
+
+def occupied_sockets(domain_id: int) -> dict[int, str]:
+    """The same, with the inode of a socket for each port: another one if it was bound again."""
+    low, bound = multicast_port(domain_id), dict(sorted(proc.udp_sockets(), reverse=True))
+    ports = (low + offset for offset in _UNICAST)
+    return {port: bound[port] for port in ports if port in bound and port + 1 in bound}
 
 
 def announcement_ports(domain_id: int) -> dict[str, int]:

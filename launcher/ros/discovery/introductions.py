@@ -27,7 +27,7 @@ import functools
 import socket
 
 from launcher.posix.crowd import limit
-from launcher.posix.ports import MAX_DOMAIN, announcement_ports, occupied_ports
+from launcher.posix.ports import MAX_DOMAIN, announcement_ports, occupied_sockets
 from launcher.ros.discovery import rtps
 from launcher.ros.discovery.receive_buffers import enlarge
 from launcher.run.part import Part
@@ -96,7 +96,7 @@ class _Domain:
     def __init__(self, run: Run, number: int) -> None:
         self._reactor = run.reactor
         self._number = number
-        self._known: set[int] = set()
+        self._known: dict[int, str] = {}  # port -> inode
         self._expected = 0
         self._since_s = self._next_s = 0.0  # of the last news, for the next introduction
         self._pids: list[int] = []  # of those that are expected, in the order of their starts
@@ -107,7 +107,7 @@ class _Domain:
     def expect(self, pid: int) -> None:
         """One more participant is about to appear, of this process or one that it starts."""
         if self._timer is None:
-            self._expected, self._pids, self._known = 0, [], occupied_ports(self._number)
+            self._expected, self._pids, self._known = 0, [], occupied_sockets(self._number)
         self._since_s = self._reactor.now()
         self._expected = max(self._expected, 0) + 1
         self._pids.append(pid)
@@ -127,14 +127,15 @@ class _Domain:
 
     def _look(self) -> None:
         self._timer, now_s = None, self._reactor.now()
-        ports = occupied_ports(self._number)
-        new, self._known = ports - self._known, ports
+        before, self._known = self._known, occupied_sockets(self._number)
+        # A restarted node has the port of its predecessor.
+        new = {port for port, inode in self._known.items() if before.get(port) != inode}
         if new:
             self._expected -= len(new)
             self._since_s = now_s
-            if len(ports) >= CROWD:
+            if len(self._known) >= CROWD:
                 self._make_room(new)
-            if len(ports) > 1:
+            if len(self._known) > 1:
                 self._due += [(now_s + delay_s, port) for delay_s in INTRODUCED_S for port in new]
         self._introduce_due(now_s)
         age_s, is_short = now_s - self._since_s, self._expected > 0

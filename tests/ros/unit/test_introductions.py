@@ -13,7 +13,7 @@ from launcher.ros.discovery.introductions import INTRODUCED_S, POLL_S, _Domain
 from tests.run.unit.request_bench import Clock
 
 FIRST = 7410
-RUNNING = {FIRST}
+RUNNING = {FIRST: "0"}
 
 
 class Bench:
@@ -25,7 +25,7 @@ class Bench:
         self.announced: list[tuple[float, set[int]]] = []
         reactor = SimpleNamespace(call_later=self._call_later, now=lambda: self.clock.now)
         run: Any = SimpleNamespace(reactor=reactor)
-        monkeypatch.setattr(introductions, "occupied_ports", self._ports)
+        monkeypatch.setattr(introductions, "occupied_sockets", self._sockets)
         self.domain = _Domain(run, 0)
         monkeypatch.setattr(self.domain, "_send", self._sent)
 
@@ -35,9 +35,10 @@ class Bench:
         self.clock.call_later(delay_s, lambda: timer.do())
         return timer
 
-    def _ports(self, number: int) -> set[int]:
+    def _sockets(self, number: int) -> dict[int, str]:
         now = self.clock.now
-        return RUNNING | {port for port, when in self.appear_s.items() if when <= now}
+        new = {port: str(when) for port, when in self.appear_s.items() if when <= now}
+        return RUNNING | new
 
     def _sent(self, message: bytes, ports: Any) -> None:
         (sample,) = rtps.parts(message, bytes(rtps.PREFIX_BYTES))
@@ -72,3 +73,16 @@ def test_many_that_start_together_are_introduced_together(monkeypatch: pytest.Mo
         times = [when for when, ports in bench.announced if port in ports]
         assert len(times) >= 2
         assert max(times) >= appeared_s + max(INTRODUCED_S)
+
+
+def test_one_that_is_restarted_within_a_poll_has_the_same_port(monkeypatch: pytest.MonkeyPatch):
+    bench = Bench(monkeypatch)
+    port = FIRST + 2
+    bench.appear_s[port] = 0.1
+    bench.domain.expect(-1)
+    bench.clock.run(2.0)
+    before = len(bench.announced)
+    bench.appear_s[port] = bench.clock.now
+    bench.domain.expect(-1)
+    bench.clock.run(3.0)
+    assert [ports for _, ports in bench.announced[before:]] == [{port}] * len(INTRODUCED_S)
