@@ -232,7 +232,7 @@ ROWS = (
     ),
     PartRow("launcher.run.requests.process_control:ProcessControl", When.ASKED),
     PartRow(
-        "launcher.ros.discovery.introductions:Introductions",
+        "launcher.ros.discovery.introductions:ParticipantIntroductions",
         wanted=lambda run: run.options.introduce and run.has_nodes,
         imports=("launcher.posix.ports", "launcher.ros.discovery.rtps"),
         group=STARTS,

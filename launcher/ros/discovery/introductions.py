@@ -61,7 +61,7 @@ _ADDRESSES = 4  # that a participant of Fast DDS keeps of another
 _ENDPOINT_SET = 1 << 1  # only the reader of announcements
 
 
-class Introductions(Part):
+class ParticipantIntroductions(Part):
     """Looks for participants while nodes of this run are starting."""
 
     def __init__(self, run: Run) -> None:
