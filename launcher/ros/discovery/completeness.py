@@ -59,7 +59,7 @@ def settle(
         if now - start >= _REANNOUNCE_S and not has_reannounced:
             has_reannounced = True
             reannounce_to_silent(observer)
-        state = (observer.participants(), observer.topic_types(), observer.node_names())
+        state = (observer.participants(), observer.dds_topics(), observer.node_names())
         if state != last:
             last, changed = state, now
         waited_s = now - start

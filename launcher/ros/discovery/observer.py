@@ -137,6 +137,10 @@ class Observer:
         """Every topic and its types, our own `/parameter_events` among them."""
         return dict(self.node.get_topic_names_and_types())
 
+    def dds_topics(self) -> set[str]:
+        """The names in DDS of every topic, and of the two of every service."""
+        return {name for name, _ in self.node.get_topic_names_and_types(no_demangle=True)}
+
     def services_of(self, node: str) -> list[tuple[str, list[str]]]:
         """The services that a node offers, with their types; none if the node is not known."""
         namespace, _, name = node.rpartition("/")
@@ -201,7 +205,7 @@ class Observer:
     def graph_snapshot(self) -> GraphSnapshot:
         """The same with services and what is not ROS's."""
         nodes = self.node_names()
-        names = [name for name, _ in self.node.get_topic_names_and_types(no_demangle=True)]
+        names = self.dds_topics()
         own = self.own_gid()[:PARTICIPANT_BYTES].hex(".") if self._is_hidden else ""
         found = [info for name in names for d in Direction for info in self._infos(name, d)]
         infos = [info for info in found if not own or not info.gid.startswith(own)]
