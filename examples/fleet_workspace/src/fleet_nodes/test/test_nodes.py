@@ -15,41 +15,50 @@ from fleet_nodes.robot import Robot
 from fleet_nodes.runner import WaitingExecutor
 from rclpy.action import ActionClient
 from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 TIMEOUT_S = 30.0
+SPIN_S = 0.02
 
 
 class Stage:
-    """Runs nodes in a context of their own."""
+    """Runs nodes in a separate context: robots by several threads, the others by one.
+
+    As in a run: an action client of rclpy may lose an answer that another thread takes.
+    """
 
     def __init__(self) -> None:
         self.context = Context()
         rclpy.init(context=self.context)
-        self.executor = WaitingExecutor(num_threads=4, context=self.context)
+        self.robots = WaitingExecutor(num_threads=3, context=self.context)
+        self.others = SingleThreadedExecutor(context=self.context)
         self.tester = self.add(Node("tester", context=self.context))
 
     def add(self, node: Node) -> Node:
-        self.executor.add_node(node)
+        executor = self.robots if isinstance(node, Robot) else self.others
+        executor.add_node(node)
         return node
 
     def wait_until(self, fact) -> None:
         deadline = time.monotonic() + TIMEOUT_S
         while not fact():
             assert time.monotonic() < deadline
-            self.executor.spin_once(timeout_sec=0.1)
+            for executor in (self.robots, self.others):
+                executor.spin_once(timeout_sec=SPIN_S)
 
     def result(self, future):
         self.wait_until(future.done)
         return future.result()
 
     def close(self) -> None:
-        nodes = self.executor.get_nodes()
-        for robot in (node for node in nodes if isinstance(node, Robot)):
+        robots, others = self.robots.get_nodes(), self.others.get_nodes()
+        for robot in robots:
             self.wait_until(robot.stop)
-        self.executor.shutdown()
-        for node in nodes:
+        self.robots.shutdown()
+        self.others.shutdown()
+        for node in robots + others:
             node.destroy_node()
         self.context.try_shutdown()
 
