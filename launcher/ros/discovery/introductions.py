@@ -14,10 +14,10 @@ introduced: none with a discovery server or with profiles of the user.
 In a crowd the answers of all others fill the socket of a new one, which therefore gets a larger
 buffer (`receive_buffers`).
 
-Measured with the fleet, from the start of robot_1 to its first task, eight restarts, medians: 1.5 s
-without, 0.5 s with introductions; of a warm robot, 0.35 s. Announcing more often (a profile with
-`leaseAnnouncement`) needs 1 % of a processor for six nodes and a period of 0.4 s, and grows with
-the square of their number.
+Measured with the fleet, from the start of robot_1 to its first task, medians: 1.5 s without, 0.4 s
+with introductions; of a warm robot 0.3 s. A third of the restarts take 0.33 s longer (4.12).
+Announcing more often (a profile with `leaseAnnouncement`) needs 1 % of a processor for six nodes
+and a period of 0.4 s, and grows with the square of their number.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ if TYPE_CHECKING:
     from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
-POLL_S = 0.02
+POLL_S = 0.01
 # Some processes have several participants, those of other programs count as well, and a hundred
 # nodes that start at the same time import rclpy for a minute.
 SLOW_POLL_S = 0.2
 # After the last start, or the last participant of it: how long a participant is about to appear,
 # and how long it may appear, if there are fewer than processes and if there are as many.
 SOON_S, LATE_S, SURPLUS_S = 10.0, 60.0, 5.0
-# After a participant has its port. On an idle machine it listens 5 ms later; the others are for a
-# busy one.
-INTRODUCED_S = (0.02, 0.1, 0.3)
+# After a participant has its port. On an idle machine it listens 2 to 5 ms later; the others are
+# for a busy one.
+INTRODUCED_S = (0.004, 0.02, 0.1, 0.3)
 DISPOSED_S = 0.05
 # Between two introductions, for each participant that answers: of many that start together several
 # are introduced at once.
