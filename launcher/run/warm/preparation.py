@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import importlib
+import inspect
 import os
 import signal
 import sys
@@ -91,6 +92,7 @@ class Preparation:
                     self._checked(name, functools.partial(importlib.import_module, name))
             if _ROS in sys.modules and not self._unwanted:
                 self._checked(_ROS, functools.partial(_load_types, types))
+                _find_files()
         return [*self._without, *self._unwanted] if self._unwanted else []
 
     def result(self) -> dict[str, Any]:
@@ -192,6 +194,14 @@ def _load_types(types: Sequence[tuple[str, str]]) -> None:
         if module.rpartition(".")[2] in _INTERFACES:
             with contextlib.suppress(Exception):
                 check(getattr(importlib.import_module(module), name))
+
+
+def _find_files() -> None:
+    """Let `inspect` note the file of each module, as it does at the first message of rclpy's log.
+
+    It resolves thousands of paths: 9 ms of a node.
+    """
+    inspect.getmodule(sys._getframe())
 
 
 @contextlib.contextmanager

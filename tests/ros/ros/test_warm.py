@@ -18,6 +18,7 @@ from tests.support.ros_domain import ros_domain
 from tests.support.waiting import wait_until
 
 NODE = """#!{python}
+import inspect
 import sys
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError
@@ -49,6 +50,7 @@ def unless_shut_down(spin):
 
 rclpy.init()
 name = sys.argv[1]
+print(name, "has found", len(inspect.modulesbyfile), "files", flush=True)
 node = Peer(name)
 if name == "careful":
     try:
@@ -95,6 +97,7 @@ class Run:
     """A run of the three nodes; `screen` is what it has written."""
 
     def __init__(self, folder: Path, env: dict[str, str], how: str) -> None:
+        self.is_warm = how == "--warm"
         script, file = folder / "node", folder / "peers.launch.py"
         script.write_text(NODE.format(python=sys.executable))
         script.chmod(0o755)
@@ -135,6 +138,9 @@ def test_warm_nodes_talk_and_end_as_cold_ones(run: Run, signum: int):
     for hearer in NAMES:
         for speaker in NAMES:
             run.wait_for(f"{hearer} hears {speaker}")
+    for name in NAMES:  # which rclpy does at the first message of the log
+        (found,) = re.findall(rf"{name} has found (\d+) files", run.screen)
+        assert (int(found) > 100) == run.is_warm
     pids = {run.pid_of(name) for name in NAMES}  # they have segments of other processes mapped, too
     segments = [Path(FOLDER, name) for name, pid in held().items() if pid in pids]
     segments = [path for path in segments if "_port" not in path.name]  # ports are shared
