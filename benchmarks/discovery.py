@@ -88,7 +88,7 @@ def _first_tasks(*words: str) -> list[float]:
             run.ask("restart", ROBOT)
             started_s = _started(run, number + 2)
             found.append(_first_task(run, started_s) - started_s)
-            time.sleep(1.3)  # another moment of the others' periods
+            time.sleep(1.3 + number / RESTARTS)  # other moments of the others' periods of 1 s
     return found
 
 
