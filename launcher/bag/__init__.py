@@ -12,10 +12,8 @@ Doors:
 * `flight/`: the part of a run with `--record`; `ros/flight` is its process, the flight recorder.
   `comparing/topic_traits`: what is typical of a topic, also for smoke.
 
-Files: `mcap_file` and `sqlite_file` read storage files, `compression` what they compress;
-`mcap_output` writes MCAP, `mcap_records` reads its records within bounds, `mcap_summary` their
-index. `mcap_scan` reads all of a file and finds what is damaged or was left by a killed recorder,
-`mcap_repair` makes it whole; `check` is made of both.
+Files: `mcap/` and `sqlite_file` read storage files, `compression` what they compress; `check` says
+what is wrong with them, and mends it.
 
 What is known of a bag: `info`, with `topic_course` (rates, gaps) and calls of services;
 `topic_selection` of topics; `agreement` is what of a topic has one type, also as other recorders

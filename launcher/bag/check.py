@@ -7,11 +7,12 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from launcher.bag import compression, mcap_repair, metadata
+from launcher.bag import compression, metadata
 from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.bag_model import BagError, ChannelTopic, Extent, Span, Topic, summed
-from launcher.bag.mcap_file import parts_of
-from launcher.bag.mcap_scan import McapFault, scan
+from launcher.bag.mcap.file import parts_of
+from launcher.bag.mcap.repair import append_summary, rewrite
+from launcher.bag.mcap.scan import McapFault, scan
 from launcher.bag.metadata import File, Metadata
 from launcher.bag.reader import check_storage, open_storage, storage_files
 
@@ -185,13 +186,13 @@ def _repair_file(file: FileReport) -> str:
         raise BagError(f"{file.name} cannot be repaired: {file.faults[0].text}")
     size = os.path.getsize(file.path)
     if not file.loses:
-        file.extent = mcap_repair.append_summary(file.path)
+        file.extent = append_summary(file.path)
         return (
             f"{file.name}: finished, {file.extent.total} messages "
             f"({size} bytes before, {os.path.getsize(file.path)} after)"
         )
     damaged = _unused(f"{file.path}.damaged")
-    file.extent = mcap_repair.rewrite(file.path, damaged)
+    file.extent = rewrite(file.path, damaged)
     kept = os.path.basename(damaged)
     return f"{file.name}: {file.extent.total} messages are whole; the damaged file is {kept}"
 

@@ -32,7 +32,7 @@ from launcher.bag.bag_model import (
 from launcher.base import text_file
 
 if TYPE_CHECKING:
-    from launcher.bag.mcap_file import McapFile
+    from launcher.bag.mcap.file import McapFile
     from launcher.bag.sqlite_file import SqliteFile
 
 _ENDINGS = (".mcap", ".db3")
@@ -275,7 +275,7 @@ def open_storage(path: str) -> McapFile | SqliteFile:
             from launcher.bag.sqlite_file import SqliteFile
 
             return SqliteFile(stream.name, path)
-        from launcher.bag.mcap_file import McapFile
+        from launcher.bag.mcap.file import McapFile
 
         file = McapFile(stream, path)
         stack.pop_all()

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from launcher.bag import compression, mcap_repair, metadata
+from launcher.bag import compression, metadata
 from launcher.bag.bag_model import (
     LAST_NS,
     ROS2_MSG,
@@ -21,7 +21,8 @@ from launcher.bag.bag_model import (
     Topic,
     summed,
 )
-from launcher.bag.mcap_output import McapStream
+from launcher.bag.mcap.output import McapStream
+from launcher.bag.mcap.repair import append_summary, drop_chunks
 from launcher.bag.metadata import File, Metadata
 
 CHUNK_BYTES = 1024 * 1024
@@ -244,7 +245,7 @@ class BagWriter:
         files = {file.path: file for file in self._files}
         last = names[-1]
         if last.endswith(".mcap"):
-            extent = mcap_repair.append_summary(os.path.join(self.folder, last))
+            extent = append_summary(os.path.join(self.folder, last))
             files[last] = File(path=last, extent=extent)
         self._files = [files[name] for name in names]
         metadata.write(self.folder, self._metadata(self._files))
@@ -252,7 +253,7 @@ class BagWriter:
     def _make_room(self, names: list[str], number: int) -> bool:
         """Drop the last chunks, or a last file without any; whether there was something to drop."""
         path = os.path.join(self.folder, names[-1])
-        if path.endswith(".mcap") and mcap_repair.drop_chunks(path, number):
+        if path.endswith(".mcap") and drop_chunks(path, number):
             return True
         if len(names) < 2:
             return False

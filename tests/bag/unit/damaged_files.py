@@ -12,7 +12,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
 from launcher.bag import check
-from launcher.bag.mcap_records import HEAD, MAGIC
+from launcher.bag.mcap.records import HEAD, MAGIC
 from launcher.bag.reader import Bag
 from tests.support.bags import string_cdr, text_of
 

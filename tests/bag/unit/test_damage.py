@@ -14,7 +14,7 @@ from mcap.writer import Writer
 
 from launcher.bag import check
 from launcher.bag.bag_model import BagError
-from launcher.bag.mcap_records import HEAD, MAGIC
+from launcher.bag.mcap.records import HEAD, MAGIC
 from launcher.bag.reader import Bag
 from tests.bag.unit.damaged_files import (
     EVERYTHING,

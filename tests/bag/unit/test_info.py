@@ -20,9 +20,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.rosbag2 import StoragePlugin
 
-from launcher.bag import mcap_file, reader, topic_course
+from launcher.bag import reader, topic_course
 from launcher.bag import verbs as bag_verb
 from launcher.bag.bag_model import Message, Topic
+from launcher.bag.mcap import file as mcap_file
 from launcher.bag.reader import Bag
 from launcher.bag.topic_course import Course, TopicTimes, measured
 from launcher.bag.writer import BagWriter, Storage

@@ -13,8 +13,8 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from launcher.bag.compression import PRESETS
-from launcher.bag.mcap_output import McapStream
-from launcher.bag.mcap_scan import scan
+from launcher.bag.mcap.output import McapStream
+from launcher.bag.mcap.scan import scan
 from launcher.bag.writer import Storage
 from tests.support.bags import agreed_counts, counting, write_bag
 

@@ -9,8 +9,9 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from rosbags.typesys import Stores, get_typestore
 
-from launcher.bag import check, mcap_file, metadata
+from launcher.bag import check, metadata
 from launcher.bag.bag_model import BagError, Span
+from launcher.bag.mcap import file as mcap_file
 from launcher.bag.reader import Bag
 from launcher.bag.writer import Storage
 from tests.support.bags import START_NS, counting, message, text_of, write_bag

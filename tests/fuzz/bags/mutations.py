@@ -11,7 +11,7 @@ from pathlib import Path
 
 from mcap.opcode import Opcode
 
-from launcher.bag.mcap_records import HEAD, MAGIC
+from launcher.bag.mcap.records import HEAD, MAGIC
 
 _EXTREMES = [0, 1, 2**7, 2**8 - 1, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2**40, 2**63, 2**64 - 1]
 _TOKENS = [

@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import os
 import struct
+import sys
 import zlib
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterable, Iterator
 from typing import IO, Any, NamedTuple
 
 from mcap.data_stream import ReadDataStream
@@ -29,6 +31,7 @@ MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")  # opcode and length of a record
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _CHUNK = struct.Struct("<QQQI")  # first time, last time, size, checksum
+_INDEX = struct.Struct("<HI")  # channel of a message index, and its length in bytes
 _LENGTH = struct.Struct("<I")
 _LONG = struct.Struct("<Q")
 _PIECE = 1 << 20
@@ -241,6 +244,37 @@ def records_in(data: bytes) -> Iterator[tuple[int, Any]]:
         elif (kind := _KINDS.get(opcode)) is not None:
             yield offset, parse(kind, data[begin : begin + length])
         offset = begin + length
+
+
+def message_indexes(records: Iterable[tuple[int, Any]]) -> dict[int, list[tuple[int, int]]]:
+    """(time, offset) of the messages in a chunk, by their channels."""
+    found: dict[int, list[tuple[int, int]]] = {}
+    for offset, record in records:
+        if isinstance(record, Message):
+            found.setdefault(record.channel_id, []).append((record.log_time, offset))
+    return found
+
+
+def index_times(block: bytes) -> Iterator[tuple[int, array[int]]]:
+    """(channel, times) of the message indexes behind a chunk; Damage."""
+    offset = 0
+    try:
+        while offset < len(block):
+            opcode, length = HEAD.unpack_from(block, offset)
+            offset += HEAD.size
+            if opcode == Opcode.MESSAGE_INDEX:
+                channel_id, size = _INDEX.unpack_from(block, offset)
+                start = offset + _INDEX.size
+                pairs = array("q", block[start : start + size])
+                if sys.byteorder == "big":
+                    pairs.byteswap()
+                times = pairs[::2]
+                if min(times, default=0) < 0:
+                    raise Damage("an index has an impossible time")
+                yield channel_id, times
+            offset += length
+    except (struct.error, ValueError):
+        raise Damage("an index is damaged") from None
 
 
 def attachment_index(source: RecordSource, place: RecordPlace) -> AttachmentIndex:

@@ -17,7 +17,7 @@ from mcap.records import (
 )
 from mcap.summary import Summary
 
-from launcher.bag.mcap_records import HEAD, MAGIC, Damage, RecordSource, checksum, parse
+from launcher.bag.mcap.records import HEAD, MAGIC, Damage, RecordSource, checksum, parse
 
 _FOOTER_BYTES = 20
 _CRC_BYTES = 4

@@ -22,9 +22,9 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, Header, Metadata, MetadataIndex, Schema
 
 from launcher.bag.bag_model import Extent
-from launcher.bag.mcap_records import HEAD, MAGIC
-from launcher.bag.mcap_repair import LIBRARY, PROFILE, summary_of
-from launcher.bag.mcap_scan import McapScan
+from launcher.bag.mcap.records import HEAD, MAGIC
+from launcher.bag.mcap.repair import LIBRARY, PROFILE, summary_of
+from launcher.bag.mcap.scan import McapScan
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # head; channel, sequence, log time, publish time
 _MESSAGE_BYTES = _MESSAGE.size - HEAD.size

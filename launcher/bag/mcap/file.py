@@ -28,18 +28,19 @@ from launcher.bag.bag_model import (
     never,
     time_blocks,
 )
-from launcher.bag.mcap_records import (
+from launcher.bag.mcap.records import (
     HEAD,
     MAGIC,
     Damage,
     RecordSource,
     chunk_contents,
+    index_times,
     message_of,
     parse,
     records_in,
 )
-from launcher.bag.mcap_scan import McapScan, index_times, scan
-from launcher.bag.mcap_summary import is_ended, read_summary
+from launcher.bag.mcap.scan import McapScan, scan
+from launcher.bag.mcap.summary import is_ended, read_summary
 
 
 class McapFile:

@@ -10,9 +10,6 @@ from __future__ import annotations
 import bisect
 import contextlib
 import os
-import struct
-import sys
-from array import array
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import IO, Any
@@ -35,7 +32,7 @@ from mcap.records import (
 from mcap.summary import Summary
 
 from launcher.bag.bag_model import Extent
-from launcher.bag.mcap_records import (
+from launcher.bag.mcap.records import (
     HEAD,
     MAGIC,
     Damage,
@@ -44,10 +41,11 @@ from launcher.bag.mcap_records import (
     attachment_index,
     check_chunk_length,
     chunk_contents,
+    message_indexes,
     parse,
     records_in,
 )
-from launcher.bag.mcap_summary import (
+from launcher.bag.mcap.summary import (
     check_footer,
     footer_at,
     footer_offset,
@@ -55,7 +53,6 @@ from launcher.bag.mcap_summary import (
     read_summary,
 )
 
-_INDEX = struct.Struct("<HI")  # channel of a message index, and its length in bytes
 _DATA_END_BYTES = 4
 _OF_SUMMARY = (
     Opcode.DATA_END,
@@ -372,34 +369,3 @@ def _compare(found: McapScan, summary: Summary) -> None:
 
 def _by_offset(records: Iterable[Any]) -> list[Any]:
     return sorted(records, key=lambda one: getattr(one, "chunk_start_offset", None) or one.offset)
-
-
-def message_indexes(records: Iterable[tuple[int, Any]]) -> dict[int, list[tuple[int, int]]]:
-    """(time, offset) of the messages in a chunk, by their channels."""
-    found: dict[int, list[tuple[int, int]]] = {}
-    for offset, record in records:
-        if isinstance(record, Message):
-            found.setdefault(record.channel_id, []).append((record.log_time, offset))
-    return found
-
-
-def index_times(block: bytes) -> Iterator[tuple[int, array[int]]]:
-    """(channel, times) of the message indexes behind a chunk; Damage."""
-    offset = 0
-    try:
-        while offset < len(block):
-            opcode, length = HEAD.unpack_from(block, offset)
-            offset += HEAD.size
-            if opcode == Opcode.MESSAGE_INDEX:
-                channel_id, size = _INDEX.unpack_from(block, offset)
-                start = offset + _INDEX.size
-                pairs = array("q", block[start : start + size])
-                if sys.byteorder == "big":
-                    pairs.byteswap()
-                times = pairs[::2]
-                if min(times, default=0) < 0:
-                    raise Damage("an index has an impossible time")
-                yield channel_id, times
-            offset += length
-    except (struct.error, ValueError):
-        raise Damage("an index is damaged") from None

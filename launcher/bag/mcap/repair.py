@@ -23,16 +23,17 @@ from mcap.records import (
 )
 
 from launcher.bag.bag_model import BagError, Extent
-from launcher.bag.mcap_records import (
+from launcher.bag.mcap.records import (
     HEAD,
     MAGIC,
     checksum,
     chunk_contents,
+    message_indexes,
     parse,
     pieces,
     records_in,
 )
-from launcher.bag.mcap_scan import McapScan, message_indexes, scan
+from launcher.bag.mcap.scan import McapScan, scan
 from launcher.bag.metadata import removed_after_error
 
 PROFILE, LIBRARY = "ros2", "launcher"
