@@ -8,8 +8,9 @@ Doors:
 * `command_line`: `Command`, the grammar of all command lines: tables of options (`option`), and the
   one parser that reads words by them. `command_front` has the options in front of a verb,
   `command_help` what `--help` prints; docs/reference/command-line.md is made from the same tables.
-* `verb_table`: the module of each verb, imported when the verb is used. With `launcher.run.parts`
-  and `launcher.run.helpers.helper_programs`, the only place where the core names the wings.
+* `verb_table`: the module of each verb, imported when the verb is used. With `launcher.run.parts`,
+  `launcher.run.part_verbs` and `launcher.run.helpers.helper_programs`, the only place where the
+  core names the wings.
 * `text`: suggestions for misspelt words, counts, escaped control characters. `synonyms`: what
   verbs and options of other programs mean here; only mistakes need it. `program`: the name in
   usages, `launcher` or `python -m launcher`.

@@ -17,7 +17,7 @@ Doors:
   the lines of processes.
 
 `control_server` and `console_process` have the parts of a run that open these. Verbs of other parts
-come from `launcher.run.parts`.
+come from `launcher.run.part_verbs`.
 
 Folder: `console/` is the prompt and the status bar, a separate process.
 """

@@ -11,7 +11,7 @@ from launcher.base.errors import UsageError
 from launcher.base.option import Option, count, option, positive_seconds
 from launcher.base.run_verb import FOR_ALL, TEXT, BadCallError, Call, Verb
 from launcher.base.text import did_you_mean
-from launcher.run.parts import ROWS
+from launcher.run import part_verbs
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ VERBS = (
         (FOLLOW, NEW),
         streams=True,
     ),
-    *(verb for row in ROWS for verb in row.verbs),
+    *part_verbs.VERBS,
     Verb("plan", "show what the launch file has done so far", shell=False),
     Verb("pick", "open the list of processes below the output (also F2)", shell=False),
     Verb("quit", "stop everything and end the run"),

@@ -6,7 +6,7 @@ and signal handlers, and never rich or prompt_toolkit. What needs these is a hel
 Pure state machines decide, with time as an argument, and drivers act:
 
 * `run` has what everything in a run shares; `supervisor` begins and ends it. A feature of a run is
-  a `part`, with a row in the table `parts`.
+  a `part`, with a row in the table `parts`, and perhaps verbs in `part_verbs`.
 * `byte_code_notice` says once that Python compiles modules at every start.
 * `core_driver` feeds the interpreter with events and carries out its effects; `launch_timers` are
   those of the launch file; `ros_requests`: what launch files ask of nodes.

@@ -1,7 +1,7 @@
 """The seam of a run: what an optional feature may do, and when it is called.
 
-A feature is a `Part`. Its row in `launcher.run.parts` says when it is made, and which options and
-verbs it brings. Nothing else in a run refers to it.
+A feature is a `Part`. Its row in `launcher.run.parts` says when it is made, and which options it
+brings; its verbs are in `launcher.run.part_verbs`. Nothing else in a run refers to it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import enum
 
 from launcher.base.model.record import Record
 from launcher.base.option import Option
-from launcher.base.run_verb import Verb
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -224,4 +223,3 @@ class PartRow(Record):
     group: str = ""
     options: tuple[Option, ...] = ()
     check: str = ""
-    verbs: tuple[Verb, ...] = ()

@@ -1,4 +1,4 @@
-"""The table of the parts that a run may have, with their options and verbs."""
+"""The table of the parts that a run may have, with their options; `part_verbs` has their verbs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import os
 
 from launcher.base.model.run_options import RunOptions
 from launcher.base.option import Option, count, lazy, load, option, positive_seconds, seconds
-from launcher.base.run_verb import Verb
 from launcher.run.part import (
     CONTROL,
     DEVELOPMENT,
@@ -110,9 +109,6 @@ def _loses_byte_code() -> bool:
     return "PYTHONDONTWRITEBYTECODE" in os.environ or not os.path.exists(cached or "")
 
 
-DRY_RUN = option("--dry-run", "only show what would be done")
-STATE = option("STATE", "on or off")
-
 # In the order in which the hooks of parts are called, and in which starts go through those that are
 # stages. Parts are closed in the opposite order.
 ROWS = (
@@ -130,13 +126,6 @@ ROWS = (
             ),
             SKIP_HOST,
             DISCOVERY,
-        ),
-        verbs=(
-            Verb(
-                "detach",
-                "end the run here, and let the processes on other hosts run on",
-                serve="launcher.hosts.engine.detach_verb:serve",
-            ),
         ),
     ),
     PartRow(
@@ -282,15 +271,6 @@ ROWS = (
     PartRow(
         "launcher.run.reload.reload:Reloader",
         When.ASKED,
-        verbs=(
-            Verb(
-                "reload [--dry-run]",
-                "evaluate the launch file again: start what is new, stop what is gone, restart "
-                "what has changed",
-                (DRY_RUN,),
-                serve="launcher.run.reload.reload:serve",
-            ),
-        ),
     ),
     PartRow(
         "launcher.run.watch.watching:Watching",
@@ -305,15 +285,6 @@ ROWS = (
             ),
         ),
         check="launcher.run.watch:check",
-        verbs=(
-            Verb(
-                "watch [on|off] [NAME ...]",
-                "restart processes when their files change; without on and off, show what is "
-                "watched",
-                (STATE,),
-                serve="launcher.run.watch.verb:serve",
-            ),
-        ),
     ),
     PartRow(
         "launcher.run.monitor.responsiveness:Responsiveness",
@@ -331,51 +302,10 @@ ROWS = (
     PartRow(
         "launcher.run.stacks.stacks:Stacks",
         When.ASKED,
-        verbs=(
-            Verb(
-                "stack NAME ... [--native] [--locals]",
-                "print the Python stacks of all threads of processes",
-                (
-                    option("--native", "with the calls of C and C++ code between them"),
-                    option("--locals", "with the local variables of each call"),
-                ),
-                serve="launcher.run.stacks.stacks:serve",
-            ),
-            Verb(
-                "debug NAME [--port N] [--no-wait]",
-                "start or restart a Python process under debugpy, for an editor to attach",
-                (
-                    option(
-                        "--port N",
-                        "listen at this port of 127.0.0.1 (default: a free one)",
-                        count,
-                        kind="count",
-                    ),
-                    option(
-                        "--no-wait",
-                        "run at once, without waiting for an editor",
-                        name="wait",
-                        value=False,
-                    ),
-                ),
-                serve="launcher.run.debug.verb:serve",
-            ),
-        ),
     ),
     PartRow(
         "launcher.run.helpers.logger_levels:LoggerLevels",
         When.ASKED,
-        verbs=(
-            Verb(
-                "loglevel NAME [LOGGER] [LEVEL]",
-                "set from which level on nodes log; without LEVEL, print it",
-                behind=(
-                    option("[LOGGER]", "a logger, as in its lines; default: that of the node"),
-                    option("[LEVEL]", "debug, info, warn, error or fatal"),
-                ),
-                serve="launcher.run.helpers.logger_levels:serve",
-            ),
-        ),
     ),
     PartRow(
         "launcher.web.web_page:WebPage",
@@ -390,14 +320,6 @@ ROWS = (
             *page_options("web-"),
         ),
         check="launcher.web.page_options:check",
-        verbs=(
-            Verb(
-                "web",
-                "open the page of this run in the browser",
-                shell=False,
-                serve="launcher.web.web_page:serve",
-            ),
-        ),
     ),
     PartRow(
         "launcher.control.control_server:ControlSocket",
@@ -431,14 +353,6 @@ ROWS = (
         group=LOOKING,
         options=RECORDING,
         check="launcher.bag.flight.recording:check",
-        verbs=(
-            Verb(
-                "snapshot [REASON]",
-                "write the last messages, logs and events of a run with --record",
-                (option("REASON", "why, for the index of the snapshot"),),
-                serve="launcher.bag.flight.flight_recorder:serve",
-            ),
-        ),
     ),
     PartRow(
         "launcher.ros.bridge_process:RosBridge",

@@ -18,7 +18,7 @@ from launcher.base.model.supervision import setting_changes
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import count
 from launcher.run.part import Part
-from launcher.run.parts import DRY_RUN
+from launcher.run.part_verbs import DRY_RUN
 from launcher.run.processes.machine_events import ProcessState
 from launcher.run.processes.process import Process, adapted
 from launcher.run.requests.process_control import ProcessControl

@@ -8,7 +8,7 @@ from typing import Any
 from launcher.base.errors import LauncherError
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import count
-from launcher.run.parts import STATE
+from launcher.run.part_verbs import STATE
 from launcher.run.processes.process import Process
 from launcher.run.watch.watching import Watching
 

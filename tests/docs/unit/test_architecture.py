@@ -34,6 +34,7 @@ NAMES_WINGS = {
     "launcher.base.verb_table",
     "launcher.language.compat.launch_test_table",
     "launcher.language.compat.on_path_modules",
+    "launcher.run.part_verbs",
     "launcher.run.parts",
     "launcher.run.helpers.helper_programs",
 }

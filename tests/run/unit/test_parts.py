@@ -7,14 +7,17 @@ import ast
 import pytest
 
 from launcher.base.option import load
-from launcher.run import parts
+from launcher.run import part_verbs, parts
 from launcher.run.part import Part
 from tests.support.repository import REPOSITORY
 
 
 def paths() -> list[str]:
     """What `module:name` stands for in the tables of names, lazy options and doors included."""
-    files = [REPOSITORY / "launcher" / name for name in ("run/parts.py", "base/verb_table.py")]
+    files = [
+        REPOSITORY / "launcher" / name
+        for name in ("run/parts.py", "run/part_verbs.py", "base/verb_table.py")
+    ]
     nodes = [node for file in files for node in ast.walk(ast.parse(file.read_text("utf-8")))]
     texts = [node.value for node in nodes if isinstance(node, ast.Constant)]
     return sorted(
@@ -37,6 +40,6 @@ def test_options_and_verbs_of_parts_have_their_names_for_themselves():
     options = [option.flags for row in parts.ROWS for option in row.options]
     flags = [flag for some in options for flag in some]
     assert len(set(flags)) == len(flags)
-    verbs = [verb.name for row in parts.ROWS for verb in row.verbs]
+    verbs = [verb.name for verb in part_verbs.VERBS]
     assert len(set(verbs)) == len(verbs)
-    assert all(verb.serve for row in parts.ROWS for verb in row.verbs)
+    assert all(verb.serve for verb in part_verbs.VERBS)
