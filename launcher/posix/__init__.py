@@ -9,6 +9,8 @@ Doors:
   may come after the first processes, one task in each pass. It takes the place of asyncio, whose
   import takes longer than the start of a process.
 * `spawn`: processes by `posix_spawn`, each the leader of its own session, held by a pidfd.
+  `popen` starts those with a working directory, `pseudo_terminals` has what they write to if they
+  ask for a terminal.
   `limits` starts those with `--nice`, `--cpus` or `--limit` through a small interpreter
   (`limits_exec`) that sets them and execs the program, or reports what was refused.
 * `dispositions`: how inherited signals are handled (the table in docs/reference/running.md).

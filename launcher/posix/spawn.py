@@ -1,7 +1,7 @@
 """Starts processes, each the leader of its own session, and holds their descriptors.
 
 By `posix_spawn`, since importing `subprocess` takes a tenth of the time to the first process;
-`subprocess` is used only for a working directory, which `posix_spawn` cannot set.
+`subprocess` (see `popen`) is used only for a working directory, which `posix_spawn` cannot set.
 """
 
 from __future__ import annotations
@@ -82,7 +82,9 @@ def execute(
             with contextlib.suppress(NotImplementedError):  # Python was built for an old C library
                 pid = _by_posix_spawn(words, env, streams)
         if pid is None:
-            pid = _by_subprocess(words, env, streams, cwd, inherited)
+            from launcher.posix.popen import by_subprocess  # few need it
+
+            pid = by_subprocess(words, env, streams, cwd, inherited)
     except ValueError as error:  # a NUL in a word, a `=` in the name of a variable
         raise OSError(errno.EINVAL, str(error)) from error
     started.add(pid)
@@ -143,37 +145,6 @@ def is_plain(spec: ProcessSpec) -> bool:
 
 def _is_absence(error: OSError) -> bool:
     return error.errno in (errno.ENOENT, errno.ENOTDIR)
-
-
-def _by_subprocess(
-    words: Sequence[str],
-    env: Mapping[str, str],
-    streams: tuple[int, int, int],
-    cwd: str | None,
-    inherited: Sequence[int],
-) -> int:
-    import subprocess
-
-    from launcher.posix import open_files
-
-    def restore() -> None:  # posix_spawn does this by itself
-        dispositions.reset()
-        open_files.lower()
-
-    stdin, stdout, stderr = streams
-    popen = subprocess.Popen(
-        words,
-        stdin=stdin,
-        stdout=stdout,
-        stderr=stderr,
-        env=env,
-        cwd=cwd,
-        pass_fds=inherited,
-        start_new_session=True,
-        preexec_fn=restore if open_files.is_raised() or not dispositions.are_default() else None,
-    )
-    popen.returncode = 0  # it is reaped by its pidfd: Popen must not wait for it
-    return popen.pid
 
 
 def set_close_on_exec(first: int = 3) -> None:
@@ -270,9 +241,11 @@ class Child:
     def resize(self, terminal_size: tuple[int, int]) -> None:
         """Resize its pseudo-terminals, if it has any."""
         terminals = [fd for fd in self.streams if os.isatty(fd)]
-        for fd in terminals:
-            _set_terminal_size(fd, terminal_size)
         if terminals:
+            from launcher.posix.pseudo_terminals import set_size
+
+            for fd in terminals:
+                set_size(fd, terminal_size)
             # Its session has no controlling terminal, so the kernel sends no signal.
             self.signal_group(signal.SIGWINCH)
 
@@ -345,7 +318,9 @@ class Streams:
 def open_streams(spec: ProcessSpec, settings: StartSettings) -> Streams:
     """Open pipes or pseudo-terminals, for the caller to close; OSError."""
     streams = Streams()
-    open_pair = _open_pty if spec.emulate_tty else os.pipe
+    if spec.emulate_tty:
+        from launcher.posix import pseudo_terminals  # most processes write to pipes
+    open_pair = pseudo_terminals.open_pair if spec.emulate_tty else os.pipe
     try:
         for name in (BOTH,) if settings.merge else (STDOUT, STDERR):
             read_end, write_end = open_pair()
@@ -353,7 +328,7 @@ def open_streams(spec: ProcessSpec, settings: StartSettings) -> Streams:
             streams.theirs.append(write_end)
             os.set_blocking(read_end, False)
             if spec.emulate_tty and settings.terminal_size is not None:
-                _set_terminal_size(write_end, settings.terminal_size)
+                pseudo_terminals.set_size(write_end, settings.terminal_size)
         stdin, streams.stdin = _socket_pair() if spec.members else os.pipe()
         streams.standard = (stdin, streams.theirs[0], streams.theirs[-1])
         streams.theirs.append(stdin)
@@ -409,17 +384,6 @@ def _command(spec: ProcessSpec) -> tuple[str, ...]:
     return (SHELL, "-c", " ".join(spec.argv)) if spec.shell else spec.argv
 
 
-def _open_pty() -> tuple[int, int]:
-    """(our end, the child's end), without output processing: lines end in \\n, not in \\r\\n."""
-    import termios  # most processes write to pipes
-
-    ours, theirs = os.openpty()
-    attributes = termios.tcgetattr(theirs)
-    attributes[1] &= ~termios.OPOST
-    termios.tcsetattr(theirs, termios.TCSANOW, attributes)
-    return ours, theirs
-
-
 def _socket_pair() -> tuple[int, int]:
     """(theirs, ours): of a process with members, which carries messages in both directions."""
     import _socket  # nearly all processes have a pipe
@@ -427,23 +391,3 @@ def _socket_pair() -> tuple[int, int]:
     kind = _socket.SOCK_SEQPACKET | _socket.SOCK_CLOEXEC
     theirs, ours = _socket.socketpair(_socket.AF_UNIX, kind)
     return theirs.detach(), ours.detach()
-
-
-def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:
-    import fcntl
-    import struct
-    import termios
-
-    columns, rows = size
-    fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
-
-
-def terminal_size_beside(taken: int) -> tuple[int, int]:
-    """(columns, rows) for a child's pseudo-terminal: ours, less the prefix of `taken` columns."""
-    for fd in (1, 0):  # with a console, only standard input is the terminal
-        try:
-            columns, rows = os.get_terminal_size(fd)
-        except OSError:
-            continue
-        return max(20, columns - taken), max(2, rows)
-    return 80, 24

@@ -11,7 +11,7 @@ from launcher.base.option import load
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.cleanup.watchdog_client import WatchdogClient
-from launcher.posix.spawn import StartSettings, start, terminal_size_beside
+from launcher.posix.spawn import StartSettings, start
 from launcher.run.core_driver import CoreDriver
 from launcher.run.logs.run_log import RunLog
 from launcher.run.output.output_reader import OutputReader
@@ -240,7 +240,11 @@ class Spawner:
             log_dir=self._run.log_dir,
             colour=self._run.screen.colour,
         )
-        size = terminal_size_beside(len(process.name) + 3) if spec.emulate_tty else None
+        size = None
+        if spec.emulate_tty:
+            from launcher.posix.pseudo_terminals import size_beside
+
+            size = size_beside(len(process.name) + 3)
         return StartSettings(env, merge=self.merges(process), terminal_size=size)
 
     def merges(self, process: Process) -> bool:

@@ -9,7 +9,7 @@ import signal
 
 from launcher.base.errors import ExitCode
 from launcher.posix import dispositions
-from launcher.posix.spawn import set_close_on_exec, terminal_size_beside
+from launcher.posix.spawn import set_close_on_exec
 from launcher.run.part import When
 
 TYPE_CHECKING = False
@@ -97,9 +97,11 @@ class Supervisor:
             when_idle(what)
 
     def _terminal_resized(self, signum: int) -> None:
+        from launcher.posix.pseudo_terminals import size_beside
+
         for process in self._run.all_processes.values():
             if process.child is not None:
-                process.child.resize(terminal_size_beside(len(process.name) + 3))
+                process.child.resize(size_beside(len(process.name) + 3))
 
     # ---- folders of old runs
 
