@@ -9,17 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import (
-    bag_limits,
-    bags,
-    discovery,
-    hosts,
-    hundred,
-    saving,
-    warm,
-    web,
-    web_load,
-)
+from benchmarks import bag_limits, bags, hosts, web, web_load
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -30,18 +20,19 @@ from benchmarks.large import large
 from benchmarks.latency import latency
 from benchmarks.mutants import mutants
 from benchmarks.mutants.mutations import MUTANTS
-from benchmarks.own_types import own_types
 from benchmarks.plan import plan
 from benchmarks.process_table import process_table
 from benchmarks.restarts import first_restart, respawn
-from benchmarks.ros_talk import first_answers
-from benchmarks.ros_verbs import topic_list, topic_stream
+from benchmarks.ros.first_answers import first_answers
+from benchmarks.ros.own_types import own_types
+from benchmarks.ros.verbs import topic_list, topic_stream
 from benchmarks.sampling import sampling
 from benchmarks.startup import fifty, first_exec, from_shell, many_execs
 from benchmarks.stopping import ctrl_c
 from benchmarks.terminal import terminal
 from benchmarks.throughput import pipes, ptys
 from benchmarks.verb_costs import verbs
+from benchmarks.warm import discovery, hundred, saving, starts
 
 BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "first": first_exec,
@@ -70,12 +61,12 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "own-types": own_types,
     "discovery-late": discovery.late,
     "discovery-graph": discovery.graph,
-    "warm-fleet": warm.fleet,
-    "warm-restart": warm.restart,
+    "warm-fleet": starts.fleet,
+    "warm-restart": starts.restart,
     "warm-save": saving.save,
-    "warm-twenty": warm.twenty,
-    "warm-memory": warm.memory,
-    "warm-none": warm.without_nodes,
+    "warm-twenty": starts.twenty,
+    "warm-memory": starts.memory,
+    "warm-none": starts.without_nodes,
     "warm-hundred": hundred.hundred,
     "bag-record": bags.record,
     "bag-play": bags.play,

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, interleaved, median, ratio, scratch
-from benchmarks.ros_verbs import ros_domain
+from benchmarks.ros.verbs import ros_domain
 from launcher.bag.bag_model import Definition, Message, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter

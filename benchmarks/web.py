@@ -17,7 +17,7 @@ from statistics import median
 
 from benchmarks.footprint import cpu_s
 from benchmarks.harness import NotHereError, Row, interleaved, ratio, scratch
-from benchmarks.ros_verbs import ros_domain
+from benchmarks.ros.verbs import ros_domain
 from tests.support.browser import browser, chromium, page_at
 from tests.support.children import children_with
 from tests.support.waiting import wait_until

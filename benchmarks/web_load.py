@@ -15,7 +15,7 @@ from playwright.sync_api import CDPSession, Page
 
 from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, scratch
-from benchmarks.ros_verbs import ros_domain
+from benchmarks.ros.verbs import ros_domain
 from benchmarks.web import HUNDRED, TALKER, link_of, needs_browser, web_run
 from tests.support.browser import chromium, page_at
 from tests.support.children import children_with

@@ -14,23 +14,11 @@ from typing import NamedTuple
 from benchmarks.contestant import wait_for_end
 from benchmarks.harness import Row, interleaved, median, milliseconds
 from benchmarks.hosts.bench import AGENT, LOCAL, Bench, Job, bench
+from benchmarks.warm.domain import OBSERVER
 
 AT_ONCE = frozenset({"dispatcher", "monitor", "robot_1", "robot_2"})
 DELAYED = "robot_3"  # 5 s later, by a timer of the launch file
 SETTLE_S = 1.0
-_OBSERVER = """
-import contextlib, time, rclpy
-rclpy.init()
-node = rclpy.create_node("observer")
-print("ready", flush=True)
-seen = set()
-with contextlib.suppress(KeyboardInterrupt):
-    while True:
-        for name in set(node.get_node_names()) - seen:
-            print(name, time.monotonic(), flush=True)
-            seen.add(name)
-        time.sleep(0.02)
-"""
 
 
 class Times(NamedTuple):
@@ -85,7 +73,7 @@ def _times(one: Bench, job: Job) -> Times:
 @contextlib.contextmanager
 def _observer(one: Bench) -> Iterator[subprocess.Popen[bytes]]:
     """A node that prints when it has discovered which other one."""
-    with one.operator([sys.executable, "-c", _OBSERVER], stdout=subprocess.PIPE) as observer:
+    with one.operator([sys.executable, "-c", OBSERVER], stdout=subprocess.PIPE) as observer:
         try:
             assert observer.stdout is not None
             assert observer.stdout.readline() == b"ready\n"

@@ -3,22 +3,9 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 from benchmarks.harness import Row, median, milliseconds, scratch
-from benchmarks.warm import (
-    _FILE,
-    _ROBOT,
-    COLD,
-    OFTEN,
-    SETTLE_S,
-    TIMEOUT_S,
-    WARM,
-    Run,
-    _domain,
-    _node_script,
-    _wait_for,
-)
+from benchmarks.warm.domain import COLD, OFTEN, ROBOT, SETTLE_S, WARM, nodes_file, private_domain
 
 SAVES = 20
 LIMIT_S = 0.6
@@ -33,26 +20,18 @@ def save(runs: int) -> list[Row]:
 
 
 def _saves(how: str) -> list[float]:
-    with _domain() as domain, scratch() as folder:
+    with private_domain() as domain, scratch() as folder:
         part = folder / "part.py"
         part.write_text("NUMBER = 0\n")
-        script = _node_script(folder, _ROBOT.replace("import time\n", "import time\nimport part\n"))
-        text = _FILE.format(script=script, count=1, parameters=[OFTEN])
+        program = ROBOT.replace("import time\n", "import time\nimport part\n")
+        text = nodes_file(folder, program, parameters=OFTEN)
         with domain.running(text, how, "--watch") as run:
-            _wait_for(run, "published", 1)
-            _wait_for_watching(run, part)
+            run.times("published", 1)
+            run.wait_for(lambda: str(part) in str(run.ask("watch")), pause_s=0.1)
             found = []
             for number in range(SAVES):
                 time.sleep(SETTLE_S)
                 saved = time.monotonic()
                 part.write_text(f"NUMBER = {number + 1}\n")
-                found.append(_wait_for(run, "published", number + 2)[-1] - saved)
+                found.append(run.times("published", number + 2)[-1] - saved)
     return found
-
-
-def _wait_for_watching(run: Run, part: Path) -> None:
-    deadline = time.monotonic() + TIMEOUT_S
-    while str(part) not in str(run.ask("watch")):
-        if time.monotonic() > deadline:
-            raise TimeoutError(run.screen)
-        time.sleep(0.1)

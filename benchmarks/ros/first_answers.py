@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from benchmarks.harness import Row, interleaved, median, ratio
-from benchmarks.ros_verbs import CROWD, VERB, cost_of, ros_domain
+from benchmarks.ros.verbs import CROWD, VERB, cost_of, ros_domain
 
 SETTLE_S = 6.0  # until they all know each other
 

@@ -13,7 +13,7 @@ import psutil
 from benchmarks.contestant import REPOSITORY, wait_for_end
 from benchmarks.footprint import memory_mb
 from benchmarks.harness import Row
-from benchmarks.warm import COLD, WARM, Domain, Run
+from benchmarks.warm.domain import COLD, WARM, Domain, Run
 from launcher.posix.domain_lease import leased_domain
 from launcher.run.monitor.shared_memory import FOLDER, held
 
@@ -83,11 +83,7 @@ def _run(how: str, number: int) -> Work:
 
 def _wait_for(run: Run, pattern: str) -> float:
     """When a line of the screen had this."""
-    deadline = time.monotonic() + TIMEOUT_S
-    while not re.search(pattern, run.screen):
-        if time.monotonic() > deadline:
-            raise TimeoutError(run.screen[-2000:])
-        time.sleep(0.1)
+    run.wait_for(lambda: re.search(pattern, run.screen), pause_s=0.1, timeout_s=TIMEOUT_S)
     return time.monotonic()
 
 

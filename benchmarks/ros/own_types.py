@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.harness import Row, interleaved, median, ratio
-from benchmarks.ros_verbs import Cost, cost_of, ros_domain
+from benchmarks.ros.verbs import Cost, cost_of, ros_domain
 from launcher.packages.environment import environment
 from launcher.packages.workspace import Workspace
 

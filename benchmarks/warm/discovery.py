@@ -5,21 +5,11 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import Callable
 from functools import partial
 
 from benchmarks.contestant import REPOSITORY
 from benchmarks.harness import Row, interleaved, median, milliseconds, scratch
-from benchmarks.warm import (
-    _FILE,
-    COLD,
-    TIMEOUT_S,
-    WARM,
-    Run,
-    _domain,
-    _node_script,
-    _wait_for,
-)
+from benchmarks.warm.domain import COLD, WARM, Run, nodes_file, private_domain
 
 WAYS: dict[str, tuple[str, ...]] = {"with": (), "without": ("--no-introductions",)}
 RESTARTS = 8
@@ -61,11 +51,10 @@ def graph(runs: int) -> list[Row]:
 
 
 def _complete_s(count: int, *words: str) -> float:
-    with _domain() as domain, scratch() as folder:
-        script = _node_script(folder, _NODE)
-        text = _FILE.format(script=script, count=count, parameters=[{"count": count}])
+    with private_domain() as domain, scratch() as folder:
+        text = nodes_file(folder, _NODE, count, {"count": count})
         with domain.running(text, *words) as run:
-            return max(_wait_for(run, "complete", count)) - run.begun_s
+            return max(run.times("complete", count)) - run.begun_s
 
 
 def late(runs: int) -> list[Row]:
@@ -81,7 +70,7 @@ def late(runs: int) -> list[Row]:
 
 def _first_tasks(*words: str) -> list[float]:
     text = (REPOSITORY / "launch" / "system.launch.py").read_text()
-    with _domain() as domain, domain.running(text, *words) as run:
+    with private_domain() as domain, domain.running(text, *words) as run:
         time.sleep(TASKS_S)
         found = []
         for number in range(RESTARTS):
@@ -95,34 +84,22 @@ def _first_tasks(*words: str) -> list[float]:
 def _started(run: Run, count: int) -> float:
     """The wall time of so many starts of the robot, the first one included."""
     (events,) = run.files("events.jsonl")
-    return _when(
-        run,
+    return run.wait_for(
         lambda: [
             float(one["wall_s"])
             for one in map(json.loads, events.read_text().splitlines())
             if one["event"] == "started" and one.get("process") == ROBOT
-        ][count - 1 :],
-    )
+        ][count - 1 :]
+    )[0]
 
 
 def _first_task(run: Run, since_s: float) -> float:
     """The time of the first line about an assignment, by the clock of the node."""
     line = rf"^\[{ROBOT}\] \[INFO\] \[([\d.]+)\].*: (?:Backlog|Received)"
-    return _when(
-        run,
+    return run.wait_for(
         lambda: [
             time_s
             for time_s in map(float, re.findall(line, run.screen, re.MULTILINE))
             if time_s > since_s
-        ],
-    )
-
-
-def _when(run: Run, times: Callable[[], list[float]]) -> float:
-    """The first of these times, once there is one."""
-    deadline = time.monotonic() + TIMEOUT_S
-    while not (found := times()):
-        if time.monotonic() > deadline:
-            raise TimeoutError(run.screen)
-        time.sleep(0.02)
-    return found[0]
+        ]
+    )[0]
