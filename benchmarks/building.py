@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
-import time
 from pathlib import Path
 
-from benchmarks.contestant import python_environment
+from benchmarks.contestant import python_s
 from benchmarks.harness import Row, interleaved, median, ratio, scratch
 from tests.workspace.process.building.small_packages import (
     files_package,
@@ -33,7 +30,7 @@ def building(runs: int) -> list[Row]:
                 "gcc": lambda: _afresh(one, "gcc"),
                 "zig": lambda: _afresh(one, "zig"),
                 "unchanged": lambda: _build(ten),
-                "bare": _interpreter,
+                "bare": lambda: python_s("-c", "pass"),
             },
         )
     start = f"{ratio(found['unchanged'], found['bare']):.1f} x python -c pass"
@@ -59,21 +56,4 @@ def _afresh(root: Path, compiler: str) -> float:
 
 
 def _build(root: Path, *words: str) -> float:
-    return _seconds(root, "-m", "launcher", "build", *words)
-
-
-def _interpreter() -> float:
-    return _seconds(Path.cwd(), "-c", "pass")
-
-
-def _seconds(folder: Path, *words: str) -> float:
-    begun = time.monotonic()
-    subprocess.run(
-        [sys.executable, *words],
-        env=python_environment(),
-        cwd=folder,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        check=True,
-    )
-    return time.monotonic() - begun
+    return python_s("-m", "launcher", "build", *words, folder=root)

@@ -8,6 +8,7 @@ import select
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -103,6 +104,20 @@ def shell_environment() -> dict[str, str]:
     """The same without what the hook of the wheels has set for this process."""
     of_hook = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")
     return {name: value for name, value in python_environment().items() if name not in of_hook}
+
+
+def python_s(*words: str, folder: Path = REPOSITORY) -> float:
+    """Seconds from the start of a Python program to its end; CalledProcessError."""
+    begun = time.monotonic()
+    subprocess.run(
+        [sys.executable, *words],
+        env=python_environment(),
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        check=True,
+    )
+    return time.monotonic() - begun
 
 
 def installed_command() -> str:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import time
+from functools import partial
 from pathlib import Path
 
-from benchmarks.contestant import REPOSITORY, python_environment
+from benchmarks.contestant import REPOSITORY, python_s
 from benchmarks.harness import Row, interleaved, median, milliseconds, ratio, scratch
 
 LIMIT_S = 0.15  # on an idle machine; a quarter of the time of `ros2 launch -p`
@@ -35,9 +33,9 @@ def plan(runs: int) -> list[Row]:
         found = interleaved(
             runs,
             {
-                "small": lambda: _seconds("-m", "launcher", "plan", str(small)),
-                "fleet": lambda: _seconds("-m", "launcher", "plan", str(FLEET)),
-                "bare": lambda: _seconds("-c", "pass"),
+                "small": partial(python_s, "-m", "launcher", "plan", str(small)),
+                "fleet": partial(python_s, "-m", "launcher", "plan", str(FLEET)),
+                "bare": partial(python_s, "-c", "pass"),
             },
         )
     bare = found["bare"]
@@ -49,15 +47,3 @@ def plan(runs: int) -> list[Row]:
             "plan of the fleet", ratio(found["fleet"], bare), "x", 5.0, milliseconds(found["fleet"])
         ),
     ]
-
-
-def _seconds(*words: str) -> float:
-    begun = time.monotonic()
-    subprocess.run(
-        [sys.executable, *words],
-        env=python_environment(),
-        cwd=REPOSITORY,
-        stdout=subprocess.DEVNULL,
-        check=True,
-    )
-    return time.monotonic() - begun

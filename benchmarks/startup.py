@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import time
 from functools import partial
 
@@ -13,19 +12,11 @@ from benchmarks.contestant import (
     Contestant,
     Work,
     installed_command,
-    python_environment,
+    python_s,
     shell_environment,
     wait_for_end,
 )
-from benchmarks.harness import (
-    Row,
-    interleaved,
-    median,
-    milliseconds,
-    programs,
-    ratio,
-    scratch,
-)
+from benchmarks.harness import Row, interleaved, median, milliseconds, programs, ratio, scratch
 from benchmarks.watch import ExecWatch
 
 FEW, MANY = 50, 200
@@ -36,7 +27,8 @@ ROS2_LAUNCH_S = 0.43  # `ros2 launch` on the machine of docs/inside/benchmarks.m
 def first_exec(runs: int) -> list[Row]:
     """Command to first child exec'd, against the bare interpreter."""
     found = interleaved(
-        runs, {"launcher": lambda: _exec_times(LAUNCHER, 1)[0], "bare": _bare_python_s}
+        runs,
+        {"launcher": lambda: _exec_times(LAUNCHER, 1)[0], "bare": lambda: python_s("-c", "pass")},
     )
     ours, bare = found["launcher"], found["bare"]
     detail = f"launcher {milliseconds(ours)}, python -c pass {milliseconds(bare)}"
@@ -96,12 +88,6 @@ def _all_execs(runs: int, count: int, most: float) -> list[Row]:
 def _against_loop(what: str, ours: list[float], loop: list[float], most: float) -> Row:
     detail = f"launcher {milliseconds(ours)}, loop {milliseconds(loop)}"
     return Row(what, ratio(ours, loop), "x", most, detail)
-
-
-def _bare_python_s() -> float:
-    begun = time.monotonic()
-    subprocess.run([sys.executable, "-c", "pass"], env=python_environment(), check=True)
-    return time.monotonic() - begun
 
 
 def _exec_times(contestant: Contestant, count: int) -> list[float]:

@@ -18,15 +18,7 @@ from benchmarks.contestant import (
     wait_for_end,
 )
 from benchmarks.footprint import cpu_s
-from benchmarks.harness import (
-    Row,
-    interleaved,
-    median,
-    milliseconds,
-    programs,
-    ratio,
-    scratch,
-)
+from benchmarks.harness import Row, interleaved, median, milliseconds, programs, ratio, scratch
 from benchmarks.watch import ExecWatch
 
 CHILDREN = 8

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -59,10 +60,7 @@ def _against_ros2(runs: int) -> Row:
     with scratch() as prefix:
         file = write(prefix, AUTOWARE, components=True)
         whats = ("launcher", "ros2")
-        measures = {
-            what: lambda what=what: _evaluation_s(what, file, prefix)  # type: ignore[misc]
-            for what in whats
-        }
+        measures = {what: partial(_evaluation_s, what, file, prefix) for what in whats}
         _evaluation_s("ros2", file, prefix)
         found = interleaved(runs, measures)
     ours, theirs = (found[what] for what in whats)
