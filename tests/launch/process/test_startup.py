@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.loaded_modules import loaded_by_run, loaded_modules
 from tests.support.repository import REPOSITORY
 
 # From the standard library, with all that these need themselves. `_ctypes`, for prctl: an orphan
@@ -38,19 +39,6 @@ def tell(event, args):
 sys.addaudithook(tell)
 sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
 runpy.run_module("launcher", run_name="__main__", alter_sys=True)
-"""
-
-# Tells which modules there are at the end of a whole run.
-TELL_AT_THE_END = """
-import os, runpy, sys
-
-sys.argv = ["launcher", sys.argv[1], "--no-log-files"]
-try:
-    runpy.run_module("launcher", run_name="__main__", alter_sys=True)
-finally:
-    with os.fdopen(os.dup(2), "w") as out:
-        print(*sys.modules, file=out)
-    os._exit(0)
 """
 
 # Somebody presses Ctrl-C when this module is about to be imported.
@@ -110,7 +98,7 @@ def test_few_modules_of_the_launcher_are_imported_before_the_first_process(impor
 def test_a_run_without_a_hosts_file_imports_nothing_for_hosts(tmp_path: Path):
     file = tmp_path / "one.launch.py"
     file.write_text(LAUNCH_FILE.replace('["/bin/true"]', '["sleep", "0.2"]'), encoding="utf-8")
-    modules = python(TELL_AT_THE_END, str(file)).split()
+    modules = loaded_by_run(file)
     assert "launcher.run.ending.shutdown" in modules
     hosts = ("launcher.hosts", "launcher.hosts.engine", "launcher.hosts.agent")
     assert [name for name in modules if name.startswith(hosts)] == []
@@ -129,7 +117,7 @@ def test_a_run_without_python_nodes_imports_nothing_for_warm_starts(tmp_path: Pa
     text = LAUNCH_FILE.replace('ExecuteProcess(cmd=["/bin/true"], output="screen")', action)
     assert action in text
     file.write_text(f"import sys\nfrom launch_ros.actions import Node\n{text}", encoding="utf-8")
-    modules = python(TELL_AT_THE_END, str(file)).split()
+    modules = loaded_by_run(file)
     assert "launcher.run.ending.shutdown" in modules
     assert [name for name in modules if name.startswith("launcher.run.warm")] == []
 
@@ -154,20 +142,12 @@ def test_an_idle_run_imports_nothing_large(tmp_path: Path):
     sampled = f"grep -qs resources {tmp_path}/log/latest/events.jsonl"
     command = ["sh", "-c", f"until {sampled}; do sleep 0.1; done"]
     file.write_text(LAUNCH_FILE.replace('["/bin/true"]', repr(command)), encoding="utf-8")
-    env = {**os.environ, "PYTHONPATH": str(REPOSITORY), "ROS_LOG_DIR": str(tmp_path / "log")}
-    code = WATCHED % LARGE + TELL_AT_THE_END.replace(', "--no-log-files"', "")
-    done = subprocess.run(
-        [sys.executable, "-S", "-c", code, str(file)],
-        env=env,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
+    modules, errors = loaded_modules(
+        str(file), options=["-S"], prologue=WATCHED % LARGE, ROS_LOG_DIR=str(tmp_path / "log")
     )
-    modules = set(done.stderr.splitlines()[-1].split())
     assert {"launcher.control.control_service", "launcher.run.monitor.resources"} <= modules
     assert "launcher.launch.run_plan" in modules
-    assert modules & LARGE == set(), done.stderr
+    assert modules & LARGE == set(), errors
 
 
 def test_the_watchdog_imports_little():

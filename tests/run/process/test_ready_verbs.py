@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 from launcher.control import answer_lines
-from tests.launch.process.test_startup import LAUNCH_FILE, TELL_AT_THE_END, python
+from tests.launch.process.test_startup import LAUNCH_FILE
 from tests.support.benches import Bench, ControlBench, Workspace
 from tests.support.controlled_run import ControlledRun
+from tests.support.loaded_modules import loaded_by_run
 from tests.support.supervising import go, pair, supervise, waits
 from tests.support.waiting import wait_until
 
@@ -154,7 +155,7 @@ def test_smoke_is_not_ready_while_a_process_waits(bench: Bench):
 def test_a_run_without_a_file_imports_nothing_for_it(tmp_path: Path):
     file = tmp_path / "one.launch.py"
     file.write_text(LAUNCH_FILE.replace('["/bin/true"]', '["sleep", "0.2"]'), encoding="utf-8")
-    modules = python(TELL_AT_THE_END, str(file)).split()
+    modules = loaded_by_run(file)
     ours = (
         "launcher.run.ready",
         "launcher.base.model.supervision",
