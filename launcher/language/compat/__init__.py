@@ -19,6 +19,7 @@ from launcher.language.compat.names import (
     TEST_PACKAGES,
     PublicModule,
     is_of_tests,
+    is_of_tool,
     is_public,
     submodules,
 )
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from typing import Any
 
 TOP_NAMES = ("launch", "launch_ros", *TEST_PACKAGES, "launch_xml", "launch_yaml")
-# Tools and extensions of ROS that launch files import from: an installed one goes first.
-TOOL_NAMES = ("ros2launch", "ros2pkg", "tracetools_launch")
 _FOLDER = os.path.dirname(__file__)
 # Last on the path of Python (`setup.py`, and the plugin of pytest): modules that stand in for
 # packages that are not installed, wherever no vocabulary is open.
@@ -86,7 +85,7 @@ class _ToolFinder:
     def find_spec(
         fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        is_ours = fullname.partition(".")[0] in TOOL_NAMES and is_public(fullname)
+        is_ours = is_of_tool(fullname) and is_public(fullname)
         return _CompatFinder.spec_of(fullname) if is_ours else None
 
 
@@ -185,5 +184,5 @@ def _is_foreign(module: ModuleType | None) -> bool:
 
 def _is_ours(name: str, module: ModuleType) -> bool:
     """Whether it has, or hides, a name of the vocabulary; an installed tool does not."""
-    top = name.partition(".")[0]
-    return top in TOP_NAMES or (top in TOOL_NAMES and isinstance(module, PublicModule))
+    is_of_top = name.partition(".")[0] in TOP_NAMES
+    return is_of_top or (is_of_tool(name) and isinstance(module, PublicModule))

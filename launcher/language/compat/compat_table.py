@@ -239,25 +239,6 @@ MODULES = {
     "launch_yaml.launch_description_sources": {
         "launcher.language.sources": "YAMLLaunchDescriptionSource",
     },
-    "ros2launch.api": {
-        "launcher.language.ros.cli_api": (
-            "LaunchFileNameCompleter MultipleLaunchFilesError get_launch_file_paths "
-            "get_share_file_path_from_package is_launch_file launch_a_launch_file "
-            "parse_launch_arguments print_a_launch_file print_arguments_of_launch_description "
-            "print_arguments_of_launch_file"
-        ),
-        "launcher.language.sources": "InvalidLaunchFileError InvalidPythonLaunchFileError",
-    },
-    "ros2launch": {},
-    "ros2pkg": {},
-    "tracetools_launch": {},
-    "tracetools_launch.action": {"launcher.language.actions.trace": "Trace"},
-    "ros2pkg.api": {
-        "launcher.language.ros.cli_api": (
-            "PackageNotFound get_executable_paths get_package_names get_prefix_path "
-            "package_name_completer"
-        ),
-    },
 }
 
 # Public package -> submodules that have one class, named after it: `emit_event` has EmitEvent.
@@ -383,14 +364,6 @@ SUBMODULES = {
         "normalize_remap_rule": "normalize_remap_rule normalize_remap_rules",
         "to_parameters_list": "to_parameters_list",
         "track_node_names": "add_node_name get_node_name_count",
-    },
-    "ros2launch.api": {
-        "api": (
-            "LaunchFileNameCompleter MultipleLaunchFilesError get_launch_file_paths "
-            "get_share_file_path_from_package is_launch_file launch_a_launch_file "
-            "parse_launch_arguments print_a_launch_file print_arguments_of_launch_description "
-            "print_arguments_of_launch_file"
-        ),
     },
     "launch_xml.launch_description_sources": {
         "xml_launch_description_source": "XMLLaunchDescriptionSource",

@@ -14,6 +14,8 @@ from launcher.language.launch_session import current
 
 # Installed ones go first: they have everything, and work with the launcher's `launch`.
 TEST_PACKAGES = ("launch_testing", "launch_testing_ros", "launch_pytest")
+# Tools and extensions of ROS that launch files import from: an installed one goes first.
+TOOL_NAMES = ("ros2launch", "ros2pkg", "tracetools_launch")
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,11 +33,20 @@ def is_of_tests(module: str) -> bool:
     return module.partition(".")[0] in TEST_PACKAGES
 
 
+def is_of_tool(module: str) -> bool:
+    """Whether it is a module of a tool."""
+    return module.partition(".")[0] in TOOL_NAMES
+
+
 def _table(module: str) -> Any:
     if is_of_tests(module):
         from launcher.language.compat import launch_test_table
 
         return launch_test_table
+    if is_of_tool(module):
+        from launcher.language.compat import tool_table
+
+        return tool_table
     return compat_table
 
 

@@ -14,17 +14,18 @@ from typing import Any
 import pytest
 
 from launcher.language.compat import (
-    TOOL_NAMES,
     TOP_NAMES,
     compat_table,
     launch_test_table,
+    tool_table,
     vocabulary,
 )
+from launcher.language.compat.names import TOOL_NAMES
 from launcher.language.naming import read_only
 
 PUBLIC_MODULES = {
     module
-    for table in (compat_table, launch_test_table)
+    for table in (compat_table, launch_test_table, tool_table)
     for module in (
         *table.MODULES,
         *(f"{package}.{name}" for package, names in table.SUBMODULES.items() for name in names),
