@@ -16,6 +16,7 @@ from launcher.run.processes.process import Process
 from launcher.run.ready import start_order
 from launcher.run.ready.ready_watch import ReadyWatch
 from launcher.run.ready.start_order import StartOrder
+from launcher.run.ready.waiting_process import StartPhase
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ class ReadyGate(StartStage):
         self._check_soon()
 
     def waits(self, process: Process) -> bool:
-        return self._order[process.name].phase is start_order.StartPhase.WAITING
+        return self._order[process.name].phase is StartPhase.WAITING
 
     def admit(self, process: Process) -> None:
         entry, now = self._order[process.name], self._reactor.now()
@@ -281,7 +282,7 @@ class ReadyGate(StartStage):
             return {"ready": None, "ready_s": None, "waiting_for": None, "lacks": None}
         entry, now = self._order[process.name], self._reactor.now()
         reason = self._order.reason(process.name)
-        waits = entry.phase is start_order.StartPhase.WAITING
+        waits = entry.phase is StartPhase.WAITING
         since_s = entry.admitted_s if waits else entry.started_s
         text = f"{reason} ({now - since_s:.1f} s)" if reason else None
         is_ready = entry.ready_s is not None
