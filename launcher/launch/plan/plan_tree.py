@@ -21,6 +21,15 @@ from launcher.language.actions.loops import ForEach, ForLoop
 from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import TimerAction, TimerScopeBegin, TimerScopeEnd
 from launcher.language.description import LaunchDescription
+from launcher.launch.plan.branches import (
+    full_name,
+    identity,
+    joined,
+    load_branch,
+    restart_line,
+    time_text,
+    transition_branch,
+)
 from launcher.launch.plan.entities import (
     condition_text,
     handler_entities,
@@ -40,7 +49,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from launcher.base.model.events import StateRequest
     from launcher.language.interpreter.trace import ConfigurationSetting, Visit
     from launcher.launch.plan.plan import Plan, PlannedProcess, Stamp
     from launcher.launch.plan.plan_places import Placed
@@ -74,8 +82,10 @@ def run_tree(plan: Plan) -> Branch:
         for name, value in plan.declared.items()
     ]
     processes = [_run_process(plan, process) for process in plan.processes]
-    loads = [_load_branch(load, _time(stamp.time_s)) for load, stamp in plan.loads]
-    changes = [_transition(change, _time(stamp.time_s)) for change, stamp in plan.lifecycle]
+    loads = [load_branch(load, time_text(stamp.time_s)) for load, stamp in plan.loads]
+    changes = [
+        transition_branch(change, time_text(stamp.time_s)) for change, stamp in plan.lifecycle
+    ]
     children = [*arguments, *processes, *loads, *changes]
     return Branch(short_path(plan.path), style="scope", children=children)
 
@@ -101,14 +111,16 @@ class _PlanTree:
         children = [branch for root in self._plan.visits[:1] for branch in self._of_root(root)]
         children += [self._event(root, visit) for root, visit in self._loose]
         children += [self._load(load, stamp) for load, stamp in self._loads]
-        children += [_transition(change, self._when(at)) for change, at in self._plan.lifecycle]
+        children += [
+            transition_branch(change, self._when(at)) for change, at in self._plan.lifecycle
+        ]
         return Branch(short_path(self._plan.path), style="scope", children=children)
 
     def _when(self, stamp: Stamp, *, is_below: bool = False) -> str:
         """`at 5 s`, `when one-1 exits` (empty if it `is_below` that), `2 s after one-1 exits`."""
         origin = stamp.origin
         if origin is None:
-            return _time(stamp.time_s)
+            return time_text(stamp.time_s)
         delay_s = stamp.time_s - origin.time_s
         if origin.process is not None:
             subject = self._names[origin.process]
@@ -120,7 +132,7 @@ class _PlanTree:
         return "" if is_below else f"when {text}"
 
     def _load(self, load: object, stamp: Stamp) -> Branch:
-        return _load_branch(load, self._when(stamp))
+        return load_branch(load, self._when(stamp))
 
     # ---- owners of what happens later
 
@@ -199,7 +211,7 @@ class _PlanTree:
         elif isinstance(visit.entity, (DeclareLaunchArgument, SetLaunchConfiguration)):
             style = "value"
         return Branch(
-            head, style=style, aside=_joined(aside, _condition_result(visit)), children=children
+            head, style=style, aside=joined(aside, _condition_result(visit)), children=children
         )
 
     def _what_follows(self, visit: Visit) -> list[Branch]:
@@ -247,12 +259,12 @@ class _PlanTree:
         process = self._plan.processes[number]
         host = f"on {self._placed[number].shown}" if number in self._placed else ""
         when = self._when(process.stamp, is_below=True)
-        asides = [_identity(process), host, when, _condition_result(visit)]
+        asides = [identity(process), host, when, _condition_result(visit)]
         children = [self._load(load, stamp) for load, stamp in self._loads_of(process)]
         return Branch(
             self._names[number],
             style="process",
-            aside=_joined(*asides, place(visit.entity._origin)),
+            aside=joined(*asides, place(visit.entity._origin)),
             lines=self._process_lines(process, self._placed.get(number)),
             children=children + self._what_follows(visit),
             process=number,
@@ -264,7 +276,7 @@ class _PlanTree:
         spec = process.spec
         if placed is not None and not placed.is_here:
             there = placed.lines(self._plan.environment, spec.env)
-            after = [*_restart_line(process), *start_lines(self._plan, process, self._names)]
+            after = [*restart_line(process), *start_lines(self._plan, process, self._names)]
             return [*there[:1], *after, *there[1:]]
         lines: list[tuple[str, str]] = []
         paths: dict[str, str] = {}
@@ -277,33 +289,16 @@ class _PlanTree:
             lines += [("aside", f"  {line}") for line in text.splitlines()]
         command = command_line(spec, self._plan.environment, paths)
         starts = start_lines(self._plan, process, self._names)
-        return [("command", f"$ {command}"), *_restart_line(process), *starts, *lines]
+        return [("command", f"$ {command}"), *restart_line(process), *starts, *lines]
 
     def _loads_of(self, process: PlannedProcess) -> list[Any]:
         ros = process.spec.ros
         if ros is None or ros.node_name is None:
             return []
-        name = _full_name(ros.namespace, ros.node_name)
+        name = full_name(ros.namespace, ros.node_name)
         mine = [pair for pair in self._loads if f"/{pair[0].container.lstrip('/')}" == name]
         self._loads = [pair for pair in self._loads if pair not in mine]
         return mine
-
-
-def _transition(change: StateRequest, when: str) -> Branch:
-    return Branch(f"{change.node}: {change.transition}", style="event", aside=when)
-
-
-def _load_branch(load: Any, when: str) -> Branch:
-    lines = [("plain", f"{key}: {value}") for key, value in load.parameters]
-    lines += [("plain", f"remap {old} to {new}") for old, new in load.remappings]
-    lines += [("plain", f"extra argument {key}: {value}") for key, value in load.extra_arguments]
-    aside = f"plugin {load.plugin} of {load.package}, into {load.container}"
-    return Branch(
-        f"component {_full_name(load.namespace, load.name)}",
-        style="process",
-        aside=_joined(aside, when),
-        lines=lines,
-    )
 
 
 def _head(visit: Visit) -> tuple[str, str]:
@@ -345,38 +340,6 @@ def _condition_result(visit: Visit) -> str:
     return f"{condition_text(condition)}: {answer}{f' ({values})' if values else ''}"
 
 
-def _time(time_s: float) -> str:
-    """`at 5 s`; empty for the start."""
-    return f"at {time_s:g} s" if time_s else ""
-
-
-def _identity(process: PlannedProcess) -> str:
-    """`package/executable as /node`; empty for other programs."""
-    ros = process.spec.ros
-    if ros is None:
-        return ""
-    program = f"{ros.package}/{ros.executable}" if ros.package else str(ros.executable)
-    if ros.node_name is None:
-        return program
-    return f"{program} as {_full_name(ros.namespace, ros.node_name)}"
-
-
-def _full_name(namespace: str | None, name: str | None) -> str:
-    return f"{(namespace or '').rstrip('/')}/{name or ''}"
-
-
-def _joined(*texts: str) -> str:
-    return ", ".join(filter(None, texts))
-
-
-def _restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
-    if not process.respawn:
-        return []
-    limit = process.respawn_max_retries
-    times = f", at most {limit} times" if isinstance(limit, int) and limit >= 0 else ""
-    return [("aside", f"restarted {process.respawn_delay or 0.0:g} s after it exits{times}")]
-
-
 def _unvisited(entities: Iterable[Any]) -> list[Branch]:
     return [
         Branch(headline(entity), style="skipped", place=place(entity._origin))
@@ -389,7 +352,7 @@ def _is_in(visit: Visit, kind: type | tuple[type, ...]) -> bool:
 
 
 def _run_process(plan: Plan, process: PlannedProcess) -> Branch:
-    asides = [_identity(process), _time(process.stamp.time_s)]
+    asides = [identity(process), time_text(process.stamp.time_s)]
     if process.stamp.cause is not None:
         asides.append(f"after the exit of {plan.processes[process.stamp.cause].spec.name}")
     # With the parameter files of the run, which exist until it ends.
@@ -397,6 +360,6 @@ def _run_process(plan: Plan, process: PlannedProcess) -> Branch:
     return Branch(
         process.spec.name,
         style="process",
-        aside=_joined(*asides),
-        lines=[("command", f"$ {command}"), *_restart_line(process)],
+        aside=joined(*asides),
+        lines=[("command", f"$ {command}"), *restart_line(process)],
     )
