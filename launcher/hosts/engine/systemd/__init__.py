@@ -9,8 +9,9 @@ Nothing of the launcher stays on the host. `systemd_link` has the state machines
   each start has a token.
 * A start script of ours notes each start and `ExecStopPost=` each exit in the journal, with the
   invocation id of systemd: what is reported twice counts once. Every 3 s the states of the units
-  are compared with what the journal has reported. `exits`: how a process ended; `samples`: its
-  resources; `host_facts`: whether the systemd of a host can be used.
+  are compared with what the journal has reported. `exits`: how a process ended; `unit_state`:
+  what it is doing; `samples`: its resources; `host_facts`: whether the systemd of a host can be
+  used.
 * The journal looks up the unit of a line when it reads it, and a child that has written it may
   have ended. So streams whose unit is not known when they are opened (those of users, and those
   that are apart) begin with a line that names the process, which is not shown.

@@ -21,6 +21,7 @@ from launcher.hosts.engine.systemd.recent_output import RecentOutput
 from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
 from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
 from launcher.hosts.engine.systemd.unit_check import Doubt
+from launcher.hosts.engine.systemd.unit_state import is_running, state_of, was_stopped
 from launcher.hosts.engine.timers import Timers
 from launcher.hosts.file import order as orders
 from launcher.posix.reactor import Reactor
@@ -315,21 +316,21 @@ class UnitProcess:
         if not self._doubt.is_settled():
             return
         self._doubt.clear()
-        if _is_running(found):
+        if is_running(found):
             self.noted_start(found.get("InvocationID", ""), int(found.get("MainPID") or 0), at_s)
         elif self.machine.state.is_alive and self._invocation not in self._exits:
             is_stopping = self.machine.state is ProcessState.STOPPING
             stopped_by = self.machine.stop_signal if is_stopping else None
             outcome = outcome_of_unit(found, stopped_by)
             self.noted_exit(self._invocation, outcome, at_s)
-        elif _was_stopped(found) and self.machine.state is ProcessState.BACKOFF:
+        elif was_stopped(found) and self.machine.state is ProcessState.BACKOFF:
             self.noted_stop(at_s, by_user=True)  # which is not in the journal
         else:
             self.noted_refusal(at_s, f"systemd does not restart it ({found.get('Result', '')})")
 
     def _contradicts(self, found: Mapping[str, str]) -> bool:
         state = self.machine.state
-        if _is_running(found):
+        if is_running(found):
             return not (state.is_alive and found.get("InvocationID") == self._invocation)
         is_over = found.get("ActiveState") in ("inactive", "failed")
         if state is ProcessState.BACKOFF:
@@ -350,15 +351,10 @@ class UnitProcess:
     def adopt(self, found: Mapping[str, str], since_s: float) -> ProcessState:
         """Take the unit as it is; the state that the process has."""
         self._invocation = found.get("InvocationID", "")
-        state = ProcessState.EXITED
-        if _is_running(found):
-            state = ProcessState.RUNNING
+        state = state_of(found)
+        if state is ProcessState.RUNNING:
             self._invocations.append(self._invocation)
             self.pid = int(found["MainPID"])
-        elif found.get("SubState") == "auto-restart":
-            state = ProcessState.BACKOFF
-        elif found.get("ActiveState") == "failed":
-            state = ProcessState.FATAL
         self.machine.adopt(state, since_s, int(found.get("NRestarts") or 0))
         return state
 
@@ -401,12 +397,3 @@ class UnitProcess:
 
 def _is_pause(signum: int) -> bool:
     return signum in (signal.SIGSTOP, signal.SIGCONT)
-
-
-def _is_running(found: Mapping[str, str]) -> bool:
-    return found.get("ActiveState") == "active" and found.get("MainPID", "0") != "0"
-
-
-def _was_stopped(found: Mapping[str, str]) -> bool:
-    """Whether somebody has stopped a unit that waited for its restart; else it has failed."""
-    return found.get("ActiveState") == "inactive" and found.get("Result") != "exec-condition"
