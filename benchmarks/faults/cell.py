@@ -6,15 +6,12 @@ namespace that is not of this program counts as left behind.
 
 from __future__ import annotations
 
-import ctypes
 import fcntl
 import json
 import os
 import pty
 import random
 import signal
-import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -27,6 +24,7 @@ from pathlib import Path
 import psutil
 
 from benchmarks.faults import hostile
+from benchmarks.faults.namespace import command_line, description, is_alive, isolate
 from launcher.control.client import Connection
 from launcher.posix.socket_directory import ControlError
 
@@ -260,7 +258,9 @@ class Cell:
         assert launcher is not None
         if launcher.poll() is None:
             return [] if LAUNCHER in self.spec.victims else ["the launcher"]
-        return [_words(pid) for pid in psutil.pids() if pid not in self._ours and _is_alive(pid)]
+        return [
+            description(pid) for pid in psutil.pids() if pid not in self._ours and is_alive(pid)
+        ]
 
     def _pid(self, victim: str) -> int:
         assert self._launcher is not None
@@ -268,10 +268,10 @@ class Cell:
             return self._launcher.pid
         if victim == NODE:
             last = [self.spec.child, str(self._notes)]
-            return next((pid for pid in psutil.pids() if _command_line(pid)[-2:] == last), 0)
+            return next((pid for pid in psutil.pids() if command_line(pid)[-2:] == last), 0)
         word = HELPERS[victim][0]
         for pid in psutil.pids():
-            is_it = any(word in (one, os.path.basename(one)) for one in _command_line(pid))
+            is_it = any(word in (one, os.path.basename(one)) for one in command_line(pid))
             if pid not in self._ours and is_it:
                 return pid
         return 0
@@ -323,7 +323,7 @@ class Cell:
             self._drain()
             if time.monotonic() > until_s:
                 if what:
-                    there = [_words(pid) for pid in psutil.pids() if pid not in self._ours]
+                    there = [description(pid) for pid in psutil.pids() if pid not in self._ours]
                     text = f"not in {timeout_s:g} s: {what}; there are {there}"
                     self.outcome.hangs.append(text)
                 return False
@@ -355,43 +355,6 @@ def _environment(folder: Path, group: str) -> dict[str, str]:
         "LAUNCHER_CGROUP": group,
         "TERM": "xterm-256color",
     }
-
-
-def _command_line(pid: int) -> list[str]:
-    try:
-        return psutil.Process(pid).cmdline()
-    except psutil.Error:
-        return []
-
-
-def _words(pid: int) -> str:
-    return " ".join(_command_line(pid))[-200:] or f"pid {pid}"
-
-
-def _is_alive(pid: int) -> bool:
-    """psutil takes one for a zombie whose main thread has ended."""
-    try:
-        tasks = os.listdir(f"/proc/{pid}/task")
-        return any(_state(f"/proc/{pid}/task/{task}/stat") not in ("Z", "X", "") for task in tasks)
-    except OSError:
-        return False
-
-
-def _state(path: str) -> str:
-    try:
-        return Path(path).read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return ""
-
-
-def isolate() -> None:
-    """An empty /dev/shm, and a network with nothing but the loopback."""
-    libc = ctypes.CDLL(None, use_errno=True)
-    if libc.mount(b"tmpfs", b"/dev/shm", b"tmpfs", 0, b"mode=1777"):
-        raise OSError(ctypes.get_errno(), "mount")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        is_up = struct.pack("16sh14x", b"lo", 1)  # IFF_UP
-        fcntl.ioctl(any_socket, 0x8914, is_up)  # SIOCSIFFLAGS
 
 
 def main(text: str) -> None:
