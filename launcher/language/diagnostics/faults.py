@@ -30,11 +30,14 @@ def explain(
 ) -> LaunchFileError:
     """A LaunchFileError with the place in the launch file, if it can be found.
 
-    The exception is its `__cause__`. With a `context`, hints suggest names that exist.
+    The exception is its `__cause__`. With a `context`, hints suggest names that exist. Raises
+    KeyboardInterrupt for an exception that Python has made of one.
     """
     entity = getattr(details(error).entity, "_origin", None)
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
         error = error.__cause__
+    if isinstance(error.__cause__, KeyboardInterrupt):  # in __set_name__, before Python 3.12
+        raise KeyboardInterrupt
     cycle = includes.cycle(context) if _is_endless(error) else None
     if cycle is not None:
         known = details(error)

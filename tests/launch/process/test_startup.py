@@ -189,21 +189,36 @@ def test_ctrl_c_before_the_first_process_ends_the_command_without_a_word(tmp_pat
 
 
 IN_SET_NAME = """
-import functools, sys
+import sys
+from launcher.__main__ import main
+from {module} import {property}
+
+before = {property}.__set_name__
 
 def interrupt(self, owner, name):
-    raise KeyboardInterrupt
+    before(self, owner, name)
+    if owner.__name__ == "{owner}":
+        raise KeyboardInterrupt
 
-functools.cached_property.__set_name__ = interrupt
-from launcher.__main__ import main
+{property}.__set_name__ = interrupt
 sys.exit(main())
 """
 
 
-def test_ctrl_c_while_a_class_is_made_ends_the_command_without_a_word(tmp_path: Path):
+@pytest.mark.parametrize(
+    ("module", "property", "owner"),
+    [
+        ("functools", "cached_property", "RunDirectory"),
+        ("launcher.language.naming", "_ReadOnly", "ExecuteLocal"),  # by the launch file
+    ],
+)
+def test_ctrl_c_while_a_class_is_made_ends_the_command_without_a_word(
+    tmp_path: Path, module: str, property: str, owner: str
+):
     file = tmp_path / "one.launch.py"
     file.write_text(LAUNCH_FILE, encoding="utf-8")
-    command = [sys.executable, "-S", "-c", IN_SET_NAME, str(file)]
+    code = IN_SET_NAME.format(module=module, property=property, owner=owner)
+    command = [sys.executable, "-S", "-c", code, str(file)]
     env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
     done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
