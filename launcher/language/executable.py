@@ -136,3 +136,13 @@ def _perform(context: LaunchContext, pairs: Any) -> dict[str, str]:
         perform_substitutions(context, name): perform_substitutions(context, value)
         for name, value in pairs
     }
+
+
+def of_description(name: str, doc: str) -> property:
+    """A property of actions: of their command `final_NAME` once there is one, else `NAME`."""
+
+    def get(action: Any) -> Any:
+        final = getattr(action.process_description, f"final_{name}")
+        return getattr(action.process_description, name) if final is None else final
+
+    return property(get, doc=doc)

@@ -11,8 +11,7 @@ from launcher.base.model.spec import RosIdentity
 from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.output import output_policy
-from launcher.language.events.base import EventHandler
-from launcher.language.events.handlers import OnActionEventBase, OnShutdown
+from launcher.language.events.handlers import OnActionEventBase, OnShutdown, TargetedHandler
 from launcher.language.events.process import (
     ProcessExited,
     ProcessIO,
@@ -21,7 +20,7 @@ from launcher.language.events.process import (
     ShutdownProcess,
     SignalProcess,
 )
-from launcher.language.executable import Executable
+from launcher.language.executable import Executable, of_description
 from launcher.language.future import Future
 from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
@@ -104,7 +103,12 @@ class ExecuteLocal(Action):
         self.__log_cmd = log_cmd
         self.__cached_output = cached_output
         self.__on_exit = on_exit
-        self.__respawn = respawn if isinstance(respawn, bool) else _normalize_bool(respawn)
+        if not isinstance(respawn, bool):
+            # Imported here: most launch files give a plain bool.
+            from launcher.language.type_utils import normalize_typed_substitution
+
+            respawn = normalize_typed_substitution(respawn, bool)
+        self.__respawn: Any = respawn
         self.__respawn_delay = respawn_delay
         self.__respawn_max_retries = respawn_max_retries
         self.__process_event_args: dict[str, Any] | None = None
@@ -157,7 +161,10 @@ class ExecuteLocal(Action):
             context.register_event_handler(handler)
         try:
             self.__completed_future = Future()
-            self._output_given = self._evaluate_output(context)
+            given = self.__output
+            self._output_given = (
+                given if isinstance(given, dict) else perform_substitutions(context, given)
+            )
             self._output_policy = output_policy(self._output_given)
             context._host.spawn(self)
         except Exception:
@@ -189,11 +196,6 @@ class ExecuteLocal(Action):
     @staticmethod
     def _cache(event: ProcessIO, buffer: io.StringIO) -> None:
         buffer.write(event.text.decode(errors="replace"))
-
-    def _evaluate_output(self, context: LaunchContext) -> Any:
-        if isinstance(self.__output, dict):
-            return self.__output
-        return perform_substitutions(context, self.__output)
 
     def _on_shutdown_process(self, event: Any, context: LaunchContext) -> Any:
         if not event.process_matcher(self):
@@ -287,45 +289,14 @@ class ExecuteLocal(Action):
         return self.__buffers[stream].getvalue()
 
 
-def _normalize_bool(value: object) -> Any:
-    """A bool, or substitutions that will yield one."""
-    # Imported here: most launch files give a plain bool.
-    from launcher.language.type_utils import normalize_typed_substitution
-
-    return normalize_typed_substitution(value, bool)
-
-
-class TargetedHandler(EventHandler):
-    """Calls `callback(event, context)` for events of the class `kind`."""
-
-    def __init__(self, kind: type, callback: Any) -> None:
-        super().__init__(matcher=lambda event: isinstance(event, kind))
-        self._expects(kind)
-        self._callback = callback
-
-    def handle(self, event: Any, context: LaunchContext) -> Any:
-        super().handle(event, context)
-        return self._callback(event, context)
-
-
-def _of_description(name: str, doc: str) -> property:
-    """A property of the command: `final_NAME` once there is one, else `NAME`."""
-
-    def get(action: ExecuteLocal) -> Any:
-        final = getattr(action.process_description, f"final_{name}")
-        return getattr(action.process_description, name) if final is None else final
-
-    return property(get, doc=doc)
-
-
 @public("launch.actions.execute_process")
 class ExecuteProcess(ExecuteLocal):
     """Starts a process from the words of its command line."""
 
-    name = _of_description("name", "The label with its number once visited, else what was given.")
-    cmd = _of_description("cmd", "The final words once visited, else what was given.")
-    cwd = _of_description("cwd", "The final folder once visited, else what was given.")
-    env = _of_description("env", "The final environment once visited, else what was given.")
+    name = of_description("name", "The label with its number once visited, else what was given.")
+    cmd = of_description("cmd", "The final words once visited, else what was given.")
+    cwd = of_description("cwd", "The final folder once visited, else what was given.")
+    env = of_description("env", "The final environment once visited, else what was given.")
 
     def __init__(
         self,

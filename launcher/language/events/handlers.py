@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from launcher.language.action import Action
 from launcher.language.class_tools import is_a_subclass
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.events.base import BaseEventHandler, Event
+from launcher.language.events.base import BaseEventHandler, Event, EventHandler
 from launcher.language.events.launch import ExecutionComplete, IncludeLaunchDescription, Shutdown
 from launcher.language.naming import public
 
@@ -158,6 +158,19 @@ class OnIncludeLaunchDescription(BaseEventHandler):
         super().handle(event, context)
         assert isinstance(event, IncludeLaunchDescription)
         return event.launch_description
+
+
+class TargetedHandler(EventHandler):
+    """Calls `callback(event, context)` for events of the class `kind`."""
+
+    def __init__(self, kind: type, callback: Any) -> None:
+        super().__init__(matcher=lambda event: isinstance(event, kind))
+        self._expects(kind)
+        self._callback = callback
+
+    def handle(self, event: Any, context: LaunchContext) -> Any:
+        super().handle(event, context)
+        return self._callback(event, context)
 
 
 def event_named(name: str) -> Callable[[Event], bool]:

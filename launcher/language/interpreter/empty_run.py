@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 
+from launcher.language.actions.process import OnProcessExit
 from launcher.language.diagnostics.truth_values import configurations_in
 from launcher.language.substitution import description_of
 
@@ -38,6 +39,13 @@ def may_start(action: Any) -> bool:
     """Whether an action might have started something, itself or by what it yields."""
     of_launch = (cls for cls in type(action).__mro__ if cls.__module__.startswith("launch"))
     return not next(of_launch).__name__.startswith(_HARMLESS)
+
+
+def handler_may_start(handler: Any) -> bool:
+    """Whether an event handler of the launch file may start something."""
+    is_of_user = type(handler) is OnProcessExit or handler._origin is not None
+    _, entities = handler.describe() if is_of_user else ("", [None])
+    return not entities or any(map(may_start, filter(None, entities)))
 
 
 def values_of(condition: object, context: LaunchContext) -> dict[str, Any]:

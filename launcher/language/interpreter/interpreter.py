@@ -12,7 +12,6 @@ from launcher.base.model import events as model
 from launcher.base.text import count, error_text
 from launcher.language import launch_session
 from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.actions.process import OnProcessExit, TargetedHandler
 from launcher.language.class_tools import is_a_subclass, is_iterable
 from launcher.language.configurations import ALL_NAMES, ROS_NAMES
 from launcher.language.context import LaunchContext
@@ -20,7 +19,11 @@ from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.events import launch as launch_events
 from launcher.language.events import process as process_events
-from launcher.language.events.handlers import OnIncludeLaunchDescription, OnShutdown
+from launcher.language.events.handlers import (
+    OnIncludeLaunchDescription,
+    OnShutdown,
+    TargetedHandler,
+)
 from launcher.language.interpreter.run_host import Answer, Quirk, RunHost
 from launcher.language.launch_session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
@@ -211,7 +214,7 @@ class Interpreter:
             return False
         if not handlers:
             return False  # as in most launch files
-        probe = process_events.ProcessStdout(text=b"", **self._details(process_id))
+        probe = process_events.ProcessStdout(text=b"", **self.host.details_of(process_id))
         return any(handler.matches(probe) for handler in handlers)
 
     def succeed(self, other: Interpreter) -> None:
@@ -245,10 +248,10 @@ class Interpreter:
                 self._process_exited(event)
             case model.SpawnFailed(process_id=process_id, will_restart=will_restart):
                 if not will_restart:
-                    self._process_ended(process_id)
+                    self.host.ended(process_id)
             case model.ProcessOutput(process_id=process_id, stream=stream, data=data):
                 kind = _STREAMS[stream]
-                self.context.emit_event_sync(kind(text=data, **self._details(process_id)))
+                self.context.emit_event_sync(kind(text=data, **self.host.details_of(process_id)))
             case model.SignalReceived(signum=signum):
                 self._signal_received(signum)
             case model.Emitted(event=emitted):
@@ -257,26 +260,17 @@ class Interpreter:
                 self._is_asked_to_end = True
                 self._begin_shutdown(launch_events.Shutdown(reason=reason))
             case _:
-                self._answered(event)
-
-    def _details(self, process_id: int) -> dict[str, Any]:
-        details = self.host.processes[process_id].action.process_details
-        return {"pid": 0, **(details or {})}
+                self.host.answered(event)
 
     def _process_exited(self, event: model.ProcessExited) -> None:
         action = self.host.processes[event.process_id].action
         action._exited(event.returncode)
-        details = self._details(event.process_id)
+        details = self.host.details_of(event.process_id)
         self.context.emit_event_sync(
             process_events.ProcessExited(returncode=event.returncode, **details)
         )
         if not event.will_restart:
-            self._process_ended(event.process_id)
-
-    def _process_ended(self, process_id: int) -> None:
-        process = self.host.processes[process_id]
-        process.active = False
-        process.action._completed()
+            self.host.ended(event.process_id)
 
     def _signal_received(self, signum: int) -> None:
         self._is_asked_to_end = True
@@ -285,15 +279,6 @@ class Interpreter:
         reason = "ctrl-c (SIGINT)" if interrupted else name
         event = launch_events.Shutdown(reason=reason, due_to_sigint=interrupted)
         self._begin_shutdown(event)
-
-    def _answered(self, event: Any) -> None:
-        if isinstance(event, model.TransitionSeen):
-            for seen in self.host.lifecycle_watchers.get(event.node, ()):
-                seen(event)
-            return
-        done = self.host.waiting.pop(event.request_id, None)
-        if done is not None:
-            done(event)
 
     # ---- the queue
 
@@ -356,16 +341,9 @@ class Interpreter:
     @property
     def _may_start_nodes(self) -> bool:
         """Whether a timer or an event may start nodes that are not known yet."""
-        from launcher.language.interpreter.empty_run import may_start
+        from launcher.language.interpreter.empty_run import handler_may_start
 
-        if self.host.timers:
-            return True
-        for handler in self._own_handlers:
-            is_of_user = type(handler) is OnProcessExit or handler._origin is not None
-            _, entities = handler.describe() if is_of_user else ("", [None])
-            if not entities or any(map(may_start, filter(None, entities))):
-                return True
-        return False
+        return bool(self.host.timers) or any(map(handler_may_start, self._own_handlers))
 
     # ---- the end
 

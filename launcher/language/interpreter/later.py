@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from launcher.base.model.events import LoadRequest
 from launcher.base.model.record import Record
 from launcher.base.model.spec import Scope
-from launcher.language.actions.process import TargetedHandler
 from launcher.language.actions.timer import RosTimer
-from launcher.language.events.handlers import OnIncludeLaunchDescription
+from launcher.language.events.handlers import OnIncludeLaunchDescription, TargetedHandler
 from launcher.language.interpreter.interpreter import Interpreter
 from launcher.language.interpreter.unvisited import EventTime, Search, Unvisited, handler_entities
 

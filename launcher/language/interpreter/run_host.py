@@ -320,6 +320,27 @@ class RunHost:
 
     # ---- for the interpreter
 
+    def details_of(self, process_id: int) -> dict[str, Any]:
+        """What an event about this process says of it; its pid is 0 before its first start."""
+        details = self.processes[process_id].action.process_details
+        return {"pid": 0, **(details or {})}
+
+    def ended(self, process_id: int) -> None:
+        """The process has exited, or could not be started, and is not restarted."""
+        process = self.processes[process_id]
+        process.active = False
+        process.action._completed()
+
+    def answered(self, event: Any) -> None:
+        """Pass on a transition that was seen, or the answer to a request."""
+        if isinstance(event, model.TransitionSeen):
+            for seen in self.lifecycle_watchers.get(event.node, ()):
+                seen(event)
+            return
+        done = self.waiting.pop(event.request_id, None)
+        if done is not None:
+            done(event)
+
     def take_effects(self) -> list[model.Effect]:
         """The effects since the last call."""
         taken, self.effects = self.effects, []
