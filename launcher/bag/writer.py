@@ -303,7 +303,12 @@ class McapOutput:
         if storage.max_bytes:
             chunk_bytes = min(chunk_bytes, max(storage.max_bytes // 8, 1024))
         # from now on it can be read
-        self._stream = McapStream(path, chunk_bytes, storage.chunk_compression)
+        self._stream = McapStream(
+            path,
+            chunk_bytes,
+            storage.chunk_compression,
+            is_read_next=storage.mode == "file",  # it is compressed as a whole
+        )
 
     @property
     def closed(self) -> bool:

@@ -25,6 +25,7 @@ from launcher.bag.bag_model import Extent
 from launcher.bag.mcap.records import HEAD, MAGIC
 from launcher.bag.mcap.repair import LIBRARY, PROFILE, summary_of
 from launcher.bag.mcap.scan import McapScan
+from launcher.posix.write_behind import WriteBehind
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # head; channel, sequence, log time, publish time
 _MESSAGE_BYTES = _MESSAGE.size - HEAD.size
@@ -55,11 +56,15 @@ class _Encoded(bytes):
 class McapStream:
     """One file. OSError if writing fails; struct.error for a time before 1970.
 
-    A chunk ends after `chunk_bytes`; `compression` is a key of `_LEVELS`.
+    A chunk ends after `chunk_bytes`; `compression` is a key of `_LEVELS`. With `is_read_next` the
+    file stays in memory for whoever reads it.
     """
 
-    def __init__(self, path: str, chunk_bytes: int, compression: str) -> None:
+    def __init__(
+        self, path: str, chunk_bytes: int, compression: str, *, is_read_next: bool = False
+    ) -> None:
         self._file = io.FileIO(path, "wb")
+        self._behind = None if is_read_next else WriteBehind(self._file.fileno())
         self._chunk_bytes = chunk_bytes
         self._name, level = _LEVELS[compression]
         self._compress = _compressor(self._name, level)
@@ -191,11 +196,15 @@ class McapStream:
         # topics without messages: what is in the summary has to be in the data, too
         self._write((b"".join(self._parts),))
         _write_all(self._file.fileno(), (summary_of(self._found),))
+        if self._behind is not None:
+            self._behind.join()
         os.fsync(self._file.fileno())
         self._file.close()
 
     def abandon(self) -> None:
         """Close the file with whatever has reached it."""
+        if self._behind is not None:
+            self._behind.close()
         with contextlib.suppress(OSError):  # of a network file system that is full
             self._file.close()
 
@@ -204,6 +213,8 @@ class McapStream:
         found.crc = _checksum(pieces, found.crc)
         _write_all(self._file.fileno(), pieces)
         found.end += sum(map(len, pieces))
+        if self._behind is not None:
+            self._behind.grown_to(found.end)
 
 
 def _compressor(name: str, level: int) -> Callable[[bytes], bytes] | None:

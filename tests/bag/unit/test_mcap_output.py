@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,7 @@ from launcher.bag.compression import PRESETS
 from launcher.bag.mcap.output import McapStream
 from launcher.bag.mcap.scan import scan
 from launcher.bag.writer import Storage
+from launcher.posix import write_behind
 from tests.support.bags import agreed_counts, counting, write_bag
 
 CHUNK_BYTES = 20_000
@@ -54,7 +57,9 @@ def by_library(path: Path, compression: CompressionType, messages: list) -> byte
     return data_of(path)
 
 
-def by_us(path: Path, compression: str, messages: list) -> bytes:
+def by_us(
+    path: Path, compression: str, messages: list, before_end: Callable[[], None] = lambda: None
+) -> bytes:
     writer = McapStream(str(path), CHUNK_BYTES, compression)
     schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
     for name in ("/a", "/b"):
@@ -65,6 +70,7 @@ def by_us(path: Path, compression: str, messages: list) -> bytes:
         writer.add_message(*message)
     writer.add_metadata("rosbag2", {"x": "y"})
     assert writer.size_bytes == path.stat().st_size
+    before_end()
     writer.finish()
     return data_of(path)
 
@@ -119,6 +125,44 @@ def test_topics_without_messages_are_in_the_data(tmp_path: Path):
     with path.open("rb") as stream:
         kinds = Counter(type(record) for record in StreamReader(stream).records)
     assert (kinds[Schema], kinds[Channel]) == (2, 2200)  # here and in the summary
+
+
+def test_writing_does_not_wait_for_the_disk(tmp_path: Path, monkeypatch):
+    """The thread that gives pages back does; the end of the file stays in memory."""
+    begun, written, advised = threading.Event(), threading.Event(), []
+
+    def advise(file: int, start: int, length: int, advice: int) -> None:
+        begun.set()
+        assert written.wait(60)
+        advised.append((start, length, advice))
+
+    def end() -> None:
+        assert begun.wait(60)
+        written.set()
+
+    monkeypatch.setattr(write_behind, "KEPT_BYTES", 2 * CHUNK_BYTES)
+    monkeypatch.setattr(write_behind, "_STEP_BYTES", CHUNK_BYTES)
+    monkeypatch.setattr(os, "posix_fadvise", advise)
+    path = tmp_path / "x.mcap"
+    messages = [(1, number, number, number, bytes(CHUNK_BYTES)) for number in range(20)]
+    by_us(path, "none", messages, before_end=end)
+
+    assert {(start, advice) for start, _, advice in advised} == {(0, os.POSIX_FADV_DONTNEED)}
+    assert CHUNK_BYTES <= advised[-1][1] <= path.stat().st_size - 2 * CHUNK_BYTES
+
+
+def refuse(*words: object) -> None:
+    raise OSError
+
+
+@pytest.mark.parametrize("name", ["dup", "posix_fadvise"])
+def test_a_file_is_whole_without_advice(tmp_path: Path, monkeypatch, name: str):
+    expected = by_us(tmp_path / "small.mcap", "none", contents())
+    monkeypatch.setattr(write_behind, "KEPT_BYTES", 0)
+    monkeypatch.setattr(write_behind, "_STEP_BYTES", CHUNK_BYTES)
+    monkeypatch.setattr(os, name, refuse)
+
+    assert len(by_us(tmp_path / "x.mcap", "none", contents())) == len(expected)
 
 
 def test_what_cannot_be_closed_is_left(tmp_path: Path):
