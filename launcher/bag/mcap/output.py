@@ -22,7 +22,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, Header, Metadata, MetadataIndex, Schema
 
 from launcher.bag.bag_model import Extent
-from launcher.bag.mcap.records import HEAD, MAGIC
+from launcher.bag.mcap.records import HEAD, MAGIC, joined_checksum
 from launcher.bag.mcap.repair import LIBRARY, PROFILE, summary_of
 from launcher.bag.mcap.scan import McapScan
 from launcher.posix.write_behind import WriteBehind
@@ -33,6 +33,10 @@ _CHUNK = struct.Struct("<QQQI")  # first time, last time, size, checksum
 _INDEX = struct.Struct("<HI")  # channel, size
 _SIZE = struct.Struct("<Q")
 _MOST_PIECES = 64  # of a chunk that is written as it is; more are joined first
+_LEAST_JOINED_BYTES = 1 << 18  # of a chunk whose checksum takes longer than to join it
+_LEAST_RATIO = 1.02  # of compression, as MIN_COMPRESSION_RATIO in MCAP's library for C++
+_SAMPLES, _SAMPLE_BYTES = 16, 4096  # of a chunk; more if it has more messages
+_MOST_VAIN = 32  # chunks that samples decide, until one is compressed in any case
 
 # Compressions of chunks: their name in the file, and the level. Of point clouds and images level 1
 # leaves 1 to 5 % more bytes than level 3, which takes up to 7 times as long.
@@ -71,6 +75,7 @@ class McapStream:
         self._found = McapScan(header=Header(PROFILE, LIBRARY))
         self._parts: list[bytes] = []  # of the chunk
         self._size = 0
+        self._vain = 0  # chunks since the last that was compressed without gain, and with it
         self._indexes: dict[int, array[int]] = {}  # channel -> time and offset of each message
         self._write((MAGIC, _bytes_of(self._found.header)))
 
@@ -132,26 +137,46 @@ class McapStream:
         """Write the chunk, if it has messages."""
         if not self._indexes:
             return
-        parts, size = self._parts, self._size
-        if self._compress is not None or len(parts) > _MOST_PIECES:
+        parts = self._parts
+        if len(parts) > _MOST_PIECES:
             parts = [b"".join(parts)]
         crc = _checksum(parts)
-        if self._compress is not None:
-            parts = [self._compress(parts[0])]
-        self._write_chunk(parts, size, crc)
+        compressed = self._compressed(parts)
+        if compressed is None:
+            self._write_chunk(parts, "", crc)
+        else:
+            self._write_chunk([compressed], self._name, crc)
         self._parts, self._size, self._indexes = [], 0, {}
 
-    def _write_chunk(self, parts: Sequence[bytes], size: int, crc: int) -> None:
-        found, compressed = self._found, sum(map(len, parts))
+    def _compressed(self, parts: Sequence[bytes]) -> bytes | None:
+        """The contents of the chunk; None if they are written as they are.
+
+        That is if they do not get "materially smaller", as in MCAP's library for C++ without
+        `forceCompression`, which is the one of rosbag2. Images and point clouds are often
+        compressed already: after a chunk of such, samples of the next one say whether to try.
+        """
+        if self._compress is None:
+            return None
+        sample = _sample(parts, self._size) if 0 < self._vain < _MOST_VAIN else b""
+        if sample and not _is_smaller(self._compress(sample), sample):
+            self._vain += 1
+            return None
+        data = parts[0] if len(parts) == 1 else b"".join(parts)
+        compressed = self._compress(data)
+        self._vain = int(not _is_smaller(compressed, data))
+        return None if self._vain else compressed
+
+    def _write_chunk(self, parts: Sequence[bytes], compression: str, crc: int) -> None:
+        found, size, compressed = self._found, self._size, sum(map(len, parts))
         times = [time for index in self._indexes.values() for time in _ends(index)]
-        name = self._name.encode()
+        name = compression.encode()
         fields = _CHUNK.pack(min(times), max(times), size, crc)
         head = fields + len(name).to_bytes(4, "little") + name + _SIZE.pack(compressed)
         length = len(head) + compressed
         chunk = ChunkIndex(
             chunk_length=HEAD.size + length,
             chunk_start_offset=found.end,
-            compression=self._name,
+            compression=compression,
             compressed_size=compressed,
             message_end_time=max(times),
             message_index_length=0,
@@ -160,7 +185,13 @@ class McapStream:
             uncompressed_size=size,
         )
         indexes = self._index_records(chunk)
-        self._write((HEAD.pack(Opcode.CHUNK, length) + head, *parts, indexes))
+        start = HEAD.pack(Opcode.CHUNK, length) + head
+        file_crc = zlib.crc32(start, found.crc)
+        if compression or size < _LEAST_JOINED_BYTES:
+            file_crc = _checksum(parts, file_crc)
+        else:
+            file_crc = joined_checksum(file_crc, crc, compressed)
+        self._write((start, *parts, indexes), zlib.crc32(indexes, file_crc))
         found.chunks.append(_Encoded(_bytes_of(chunk)))
         for channel, index in self._indexes.items():
             number = len(index) // 2
@@ -208,9 +239,10 @@ class McapStream:
         with contextlib.suppress(OSError):  # of a network file system that is full
             self._file.close()
 
-    def _write(self, pieces: Sequence[bytes]) -> None:
+    def _write(self, pieces: Sequence[bytes], crc: int | None = None) -> None:
+        """`crc` is that of the file with these, if it is known."""
         found = self._found
-        found.crc = _checksum(pieces, found.crc)
+        found.crc = _checksum(pieces, found.crc) if crc is None else crc
         _write_all(self._file.fileno(), pieces)
         found.end += sum(map(len, pieces))
         if self._behind is not None:
@@ -229,6 +261,17 @@ def _compressor(name: str, level: int) -> Callable[[bytes], bytes] | None:
         compress: Callable[[bytes], bytes] = lz4.frame.compress
         return compress
     return None
+
+
+def _sample(parts: Sequence[bytes], size: int) -> bytes:
+    """Bytes from all over a chunk, with the begin of each of its parts."""
+    step = max(size // _SAMPLES, _SAMPLE_BYTES)
+    starts = ((part, at) for part in parts for at in range(0, len(part), step))
+    return b"".join(part[at : at + _SAMPLE_BYTES] for part, at in starts)
+
+
+def _is_smaller(compressed: bytes, data: bytes) -> bool:
+    return len(compressed) * _LEAST_RATIO <= len(data)
 
 
 def _bytes_of(record: Any) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import zlib
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +16,9 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from launcher.bag.compression import PRESETS
+from launcher.bag.mcap import output
 from launcher.bag.mcap.output import McapStream
+from launcher.bag.mcap.records import joined_checksum
 from launcher.bag.mcap.scan import scan
 from launcher.bag.writer import Storage
 from launcher.posix import write_behind
@@ -125,6 +128,36 @@ def test_topics_without_messages_are_in_the_data(tmp_path: Path):
     with path.open("rb") as stream:
         kinds = Counter(type(record) for record in StreamReader(stream).records)
     assert (kinds[Schema], kinds[Channel]) == (2, 2200)  # here and in the summary
+
+
+@pytest.mark.parametrize(("compression", "name"), [("none", ""), ("lz4", "lz4"), ("zstd", "zstd")])
+def test_what_does_not_get_smaller_is_written_as_it_is(tmp_path: Path, compression: str, name: str):
+    noise, text = os.urandom(300_000), bytes(300_000)
+    kinds = [noise, noise, text, noise, text, text]
+    path = tmp_path / "x.mcap"
+    by_us(path, compression, [(1, n, n, n, data) for n, data in enumerate(kinds)])
+
+    with path.open("rb") as stream:
+        chunks = scan(stream).chunks
+    assert [one.compression for one in chunks] == ["" if one is noise else name for one in kinds]
+
+
+def test_samples_do_not_decide_for_ever(tmp_path: Path, monkeypatch):
+    """Of noise that is there twice, no sample gets smaller, but the whole does."""
+    monkeypatch.setattr(output, "_MOST_VAIN", 3)
+    noise, other, path = os.urandom(150_000), os.urandom(70_000), tmp_path / "x.mcap"
+    kinds = [noise, *3 * [noise + noise + other]]
+    by_us(path, "zstd_small", [(1, n, n, n, data) for n, data in enumerate(kinds)])
+
+    with path.open("rb") as stream:
+        assert [one.compression for one in scan(stream).chunks] == ["", "", "", "zstd"]
+
+
+@pytest.mark.parametrize("length", [0, 1, 255, 256, 70_001])
+def test_the_checksum_of_two_texts_is_that_of_one(length: int):
+    one, other = os.urandom(20), os.urandom(length)
+    found = joined_checksum(zlib.crc32(one), zlib.crc32(other), length)
+    assert found == zlib.crc32(one + other)
 
 
 def test_writing_does_not_wait_for_the_disk(tmp_path: Path, monkeypatch):
