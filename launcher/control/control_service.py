@@ -136,9 +136,9 @@ class Service:
 
     # ---- read-only verbs
 
-    def _rows(self, call: Call) -> dict[str, Any]:
+    def _rows(self, call: Call, *, looks: bool = True) -> dict[str, Any]:
         return {
-            "processes": [status.row(self._run, p) for p in self._chosen(call)],
+            "processes": status.rows(self._run, self._chosen(call), looks=looks),
             "sampled_every_s": self._run.housekeeper.sample_period_s,
         }
 
@@ -171,7 +171,7 @@ class Service:
                 from launcher.run.monitor.responsiveness import Responsiveness
 
                 self._run.parts.need(Responsiveness).look()
-                exchange.item(self._rows(call))
+                exchange.item(self._rows(call, looks=False))
                 self._run.reactor.call_later(period_s, send_sample)
 
         send_sample()

@@ -2,27 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from launcher.base.model.spec import ProcessSpec, RestartMode, RestartPolicy
 from launcher.output.filters import LEVELS, LineFilter
+from launcher.run.part import Part
 from launcher.run.processes.process import Process
-from launcher.run.requests.process_selection import ProcessNames
+from launcher.run.requests.process_selection import nodes_of
 from launcher.run.run import Run
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.base.model.run_events import Sample
 
-def row(run: Run, process: Process) -> dict[str, Any]:
-    """A process in `ps`."""
+
+def rows(run: Run, processes: Iterable[Process], *, looks: bool = True) -> list[dict[str, Any]]:
+    """Processes in `ps`.
+
+    `looks`: whether each of them is suspended is read from /proc now, which takes two thirds of the
+    time of a row; else that is as old as its CPU and memory, or as the last request about it.
+    """
+    keeper, now = run.housekeeper, run.reactor.now()
+    parts = [part for part in run.parts if type(part).row is not Part.row]
+    return [
+        {
+            **_row(process, keeper.sample_of(process), now),
+            "paused": process.is_halted if looks else process.was_halted,
+            **{name: value for part in parts for name, value in part.row(process).items()},
+        }
+        for process in processes
+    ]
+
+
+def _row(process: Process, sample: Sample | None, now: float) -> dict[str, Any]:
     spec, child, shown = process.spec, process.child, process.filter
-    sample = run.housekeeper.sample_of(process)
-    named = ProcessNames.of(spec)
+    nodes, namespace = nodes_of(spec)
     uptime_s, since_s = None, process.machine.running_since
     if child is not None and since_s is not None:
-        uptime_s = round(run.reactor.now() - since_s, 3)
+        uptime_s = round(now - since_s, 3)
     return {
         "name": spec.name,
         "label": spec.label,
@@ -35,20 +54,18 @@ def row(run: Run, process: Process) -> dict[str, Any]:
         "rss_bytes": sample and sample.rss_bytes,
         "threads": sample and sample.threads,
         "fds": sample and sample.fds,
-        "node_names": list(named.nodes),
-        "namespace": named.namespace,
+        "node_names": list(nodes),
+        "namespace": namespace,
         "muted": shown is not None and shown.is_silent,
         "hidden_by": _hidden_by(shown),
         "muted_by_name": shown is not None and shown.muted,
         "hidden_lines": 0 if shown is None else shown.hidden_lines,
         "level": None if shown is None or not shown.level else LEVELS[shown.level],
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
-        "paused": process.is_halted,
         "debugger": process.debugger and process.debugger.address,
         "start": _start(process),
-        "not_responding_s": _silent_s(process, run.reactor.now()),
+        "not_responding_s": _silent_s(process, now),
         "last_exit": _last_exit(process),
-        **{name: value for part in run.parts for name, value in part.row(process).items()},
     }
 
 
@@ -92,7 +109,7 @@ def info(run: Run, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
     is_known = process.host is None or bool(spec.env)
     started = spec if process.debugger is None else process.debugger.spec
     return {
-        **row(run, process),
+        **rows(run, (process,))[0],
         "cmd": list(process.words_there or started.argv),
         "cwd": spec.cwd if process.host is None else process.folder_there,
         "shell": spec.shell,

@@ -28,6 +28,7 @@ START_TICKS, RSS_PAGES, START_CODE = 19, 21, 23
 _EXITING, _KERNEL_THREAD = 0x4, 0x200000
 
 _ENDED = (b"Z", b"X")
+SUSPENDED = (b"T", b"t")  # by SIGSTOP or SIGTSTP, and by a debugger
 _STATES = {
     "D": "uninterruptible sleep",
     "Z": "a zombie",
@@ -143,7 +144,7 @@ def is_alive(pid: int) -> bool:
 
 def is_suspended(pid: int) -> bool:
     """Whether the process was stopped by SIGSTOP, SIGTSTP or a debugger."""
-    return state(pid) in ("T", "t")
+    return state(pid).encode() in SUSPENDED
 
 
 def describe_state(pid: int) -> str:

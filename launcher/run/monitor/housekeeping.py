@@ -55,6 +55,7 @@ class Housekeeper:
         self._more = more
         self._on_samples = on_samples
         self._sampler: Sampler | None = None
+        self._sampling: dict[int, Process] = {}  # of the current round, by pid
         self.ledger = Ledger(run_id)  # before the processes make anything
         self._timer: Timer | None = None
         self._collecting: Timer | None = None
@@ -99,14 +100,14 @@ class Housekeeper:
         if self._sampler is None:
             from launcher.run.monitor.resources import Sampler  # most processes run by now
 
-            self._sampler = Sampler()
+            self._sampler = Sampler(self._saw_state)
         # The tick may be a little early.
         if begun_s < self._sampled_s + self.sample_period_s - PERIOD_S / 2:
             self._rest_after(begun_s)
             return
         self._sampled_s = begun_s
-        pids = list(self._living())
-        steps = self._sampler.steps(pids, self._reactor.now)
+        self._sampling = self._living()
+        steps = self._sampler.steps(self._sampling, self._reactor.now)
         self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
     def _collect(self) -> None:
@@ -130,6 +131,11 @@ class Housekeeper:
             self._sampled(end.value)
             return
         self._timer = self._reactor.call_later(wait_s, lambda: self._continue(steps, begun_s))
+
+    def _saw_state(self, pid: int, is_suspended: bool) -> None:
+        process = self._sampling.get(pid)
+        if process is not None and process.child is not None and process.child.pid == pid:
+            process.saw_state(is_suspended=is_suspended)
 
     def _sampled(self, found: dict[int, Sample]) -> None:
         # A process may have exited, or restarted, while the others were sampled.

@@ -71,10 +71,12 @@ def summed(root: int, readings: Sequence[Reading], elapsed_s: float) -> Sample:
 class Sampler:
     """Keeps the last CPU times of the processes, for the difference.
 
-    Take the `steps` of a round once a second.
+    Take the `steps` of a round once a second. `on_state(pid, is_suspended)` is called at the moment
+    when the state of a process is read.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, on_state: Callable[[int, bool], None] = lambda *_: None) -> None:
+        self._on_state = on_state
         self._uss = _UssReader()
         self._members: dict[int, _Member] = {}
         self._last_s: dict[int, float] = {}
@@ -119,6 +121,7 @@ class Sampler:
         fields = proc.living_fields(pid)
         if not fields:
             return None
+        self._on_state(pid, fields[proc.STATE] in proc.SUSPENDED)
         fds = _open_files(pid)
         if fds is None:
             return None  # just ended, or runs as another user

@@ -141,6 +141,7 @@ class Process:
         self.timer: Timer | None = None
         self.idle_timer: Timer | None = None
         self.group: GroupOutput | None = None  # of a process with several nodes
+        self._halted_pid: int | None = None  # of the child that was suspended when last looked at
 
     @property
     def name(self) -> str:
@@ -188,9 +189,20 @@ class Process:
     @property
     def is_halted(self) -> bool:
         """Whether it exists and is suspended; on another host, as far as is known here."""
+        if self.child is not None and self.host is None:
+            self.saw_state(is_suspended=proc.is_suspended(self.child.pid))
+        return self.was_halted
+
+    @property
+    def was_halted(self) -> bool:
+        """The same as of the last look at its state in /proc, and without another one."""
         if self.child is None or self.host is not None:
             return self.child is not None and self.machine.is_suspended
-        return proc.is_suspended(self.child.pid)
+        return self._halted_pid == self.child.pid
+
+    def saw_state(self, *, is_suspended: bool) -> None:
+        """Its child has this state in /proc now."""
+        self._halted_pid = self.child.pid if is_suspended and self.child is not None else None
 
     def unfinished(self) -> list[Block]:
         """What it has written after its last line, such as a question, as lines."""

@@ -29,19 +29,11 @@ class ProcessNames(Record):
 
     @classmethod
     def of(cls, spec: ProcessSpec) -> ProcessNames:
-        if spec.members:
-            nodes = tuple(node for one in spec.members for node in cls.of(one).nodes)
-            return cls(spec.name, spec.label, nodes)
-        ros = spec.ros
-        programs = program_of(spec.label)
-        if ros is None:
-            return cls(spec.name, spec.label, programs=programs)
-        namespace = ros.namespace or "/"
-        if ros.node_name is None:
+        nodes, namespace = nodes_of(spec)
+        programs = () if spec.members else program_of(spec.label)
+        if namespace is not None and not nodes:
             programs += tuple(_full_name(namespace, name) for name in programs)
-            return cls(spec.name, spec.label, (), namespace, programs)
-        node = _full_name(namespace, ros.node_name)
-        return cls(spec.name, spec.label, (node,), namespace, programs)
+        return cls(spec.name, spec.label, nodes, namespace, programs)
 
     @property
     def all(self) -> tuple[str, ...]:
@@ -52,6 +44,16 @@ class ProcessNames(Record):
             # The program names its node itself, usually like its executable.
             nodes = (_full_name(self.namespace, self.label),)
         return (self.name, self.label, *short, *nodes)
+
+
+def nodes_of(spec: ProcessSpec) -> tuple[tuple[str, ...], str | None]:
+    """(full names of its nodes, its namespace), as far as the launch file gives them."""
+    if spec.members:
+        return tuple(node for one in spec.members for node in nodes_of(one)[0]), None
+    if spec.ros is None:
+        return (), None
+    namespace, node = spec.ros.namespace or "/", spec.ros.node_name
+    return (() if node is None else (_full_name(namespace, node),)), namespace
 
 
 def _full_name(namespace: str, node: str) -> str:

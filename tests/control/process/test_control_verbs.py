@@ -209,6 +209,24 @@ def test_a_paused_process_is_suspended_and_resumes(control_bench: ControlBench):
             run.ask_text("resume", "sleeper")
 
 
+@pytest.mark.thorough
+def test_top_shows_who_is_suspended_by_a_request_and_by_others(run: ControlledRun):
+    def is_shown(paused: bool) -> bool:
+        return next(looks)["processes"][0]["paused"] is paused
+
+    pid = pid_of(run, "cat")
+    with run.connect() as connection:
+        looks = connection.follow("top", period_s=0.1)
+        for suspend, resume in (
+            (lambda: os.kill(pid, signal.SIGSTOP), lambda: os.kill(pid, signal.SIGCONT)),
+            (lambda: run.ask("pause", "cat"), lambda: run.ask("resume", "cat")),
+        ):
+            suspend()
+            wait_until(lambda: is_shown(paused=True), "it is shown as suspended")
+            resume()
+            wait_until(lambda: is_shown(paused=False), "it is shown as going on")
+
+
 def test_a_paused_process_cannot_be_paused_again(run: ControlledRun):
     assert run.ask_text("pause", "cat") == "cat-1 paused with SIGSTOP"
     with pytest.raises(RefusedError, match="cat-1 is already paused"):
