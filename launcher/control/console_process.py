@@ -16,6 +16,7 @@ import subprocess
 import sys
 import termios
 
+from launcher.posix import pipes
 from launcher.run.helpers.popen import last_line, start_module, wait_or_kill
 from launcher.run.part import Part
 
@@ -70,7 +71,7 @@ class ConsoleProcess(Part):
             return  # sent to the background meanwhile
         self._before = termios.tcgetattr(0)
         self._pipe = os.pipe2(os.O_CLOEXEC)
-        fcntl.fcntl(self._pipe[1], fcntl.F_SETPIPE_SZ, PIPE_BYTES)
+        pipes.widen(self._pipe[1], PIPE_BYTES)
         os.set_blocking(self._pipe[1], False)
         self._link, theirs = socket.socketpair()
         self._errors = os.memfd_create("console-errors")

@@ -24,6 +24,7 @@ Doors:
   typed, by name.
 * `allocator`: memory that is freed is kept for the next large buffer. `write_behind`: files that
   are written once leave the page cache as they grow.
+* `pipes`: those that hold more than usual.
 * `log_folder`: a folder for logs that can be written. `socket_directory`: the private folder of
   sockets. `state_folder`: that of what is remembered of a user.
 * `domains`: ROS domain ids and the range of discovery. `domain_lease`: a domain for exclusive use.

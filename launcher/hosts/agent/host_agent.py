@@ -13,7 +13,7 @@ import launcher
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.hosts.agent.workload import Workload
 from launcher.hosts.engine.compression import METHOD
-from launcher.hosts.engine.frame_channel import FrameChannel, widen
+from launcher.hosts.engine.frame_channel import PIPE_BYTES, FrameChannel
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
     ECHO,
@@ -27,6 +27,7 @@ from launcher.hosts.engine.frames import (
 )
 from launcher.hosts.engine.reports import encode_event
 from launcher.packages.distribution import installed
+from launcher.posix import pipes
 from launcher.posix.reactor import Reactor
 from launcher.run.processes.machine_events import MachineCommand, MachineEvent
 
@@ -108,7 +109,7 @@ class Agent:
 
     def _attach(self, read_fd: int, write_fd: int) -> None:
         """OSError if they are no streams."""
-        widen(write_fd)
+        pipes.widen(write_fd, PIPE_BYTES)
         self._channel.attach(read_fd, write_fd)
 
     def _greet(self) -> None:

@@ -7,8 +7,8 @@ import select
 import signal
 from collections.abc import Callable, Mapping, Sequence
 
-from launcher.hosts.engine.frame_channel import widen
-from launcher.posix import spawn
+from launcher.hosts.engine.frame_channel import PIPE_BYTES
+from launcher.posix import pipes, spawn
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.reactor import Reactor
 
@@ -39,7 +39,7 @@ class SessionProcess:
         theirs_in, self.stdin = os.pipe()
         self.stdout, theirs_out = os.pipe()
         self._stderr, theirs_err = os.pipe()
-        widen(self.stdout)
+        pipes.widen(self.stdout, PIPE_BYTES)
         ours, theirs = (self.stdin, self.stdout, self._stderr), (theirs_in, theirs_out, theirs_err)
         # Not of the run: it ends by itself, and is not to be stopped as a leftover.
         env = {name: value for name, value in environment.items() if name != RUN_ID_VARIABLE}

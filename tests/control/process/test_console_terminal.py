@@ -7,6 +7,7 @@ import pty
 import re
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import psutil
@@ -22,6 +23,19 @@ TICKS = """
 
 LATER = """
         TimerAction(period=1.0, actions=[LogInfo(msg="later than a console would start")]),
+"""
+
+# Enlarges pipes, which the command inherits, until its user has reached the limit of the kernel.
+FULL = """
+import fcntl, os, sys
+try:
+    while True:
+        ends = os.pipe()
+        for end in ends:
+            os.set_inheritable(end, True)
+        fcntl.fcntl(ends[0], fcntl.F_SETPIPE_SZ, 1 << 20)
+except PermissionError:
+    os.execvp(sys.argv[1], sys.argv[1:])
 """
 
 
@@ -43,6 +57,18 @@ def test_no_console_is_started_if_it_is_disabled(bench: Bench):
     terminal.wait_for("later than a console would start")
     assert consoles_of(terminal.pid) == []
     assert terminal.settings() == terminal.untouched
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+
+
+@pytest.mark.thorough
+def test_the_console_starts_where_no_pipe_may_be_enlarged(bench: Bench):
+    is_root = os.geteuid() == 0
+    unprivileged = ["setpriv", "--bounding-set=-sys_admin,-sys_resource"] if is_root else []
+    command = bench.command(TICKS)
+    bench.command = lambda *words: [*unprivileged, sys.executable, "-c", FULL, *command]  # type: ignore[method-assign]
+    terminal = bench.screen_terminal("")
+    terminal.wait_for_prompt()
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
 
