@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 from launcher.ros.discovery import introductions, rtps
 from launcher.ros.discovery.endpoints import contact_in
-from launcher.ros.discovery.introductions import INTRODUCED_S, POLL_S, _Domain
+from launcher.ros.discovery.introductions import INTRODUCED_S, MOST_LOAD, POLL_S, _Domain
 from tests.run.unit.request_bench import Clock
 
 FIRST = 7410
@@ -23,9 +24,11 @@ class Bench:
         self.clock = Clock()
         self.appear_s: dict[int, float] = {}
         self.announced: list[tuple[float, set[int]]] = []
+        self.look_s = self.looked_s = 0.0  # of CPU, for one look and so far
         reactor = SimpleNamespace(call_later=self._call_later, now=lambda: self.clock.now)
         run: Any = SimpleNamespace(reactor=reactor)
         monkeypatch.setattr(introductions, "occupied_sockets", self._sockets)
+        monkeypatch.setattr(time, "thread_time", lambda: self.looked_s)
         self.domain = _Domain(run, 0)
         monkeypatch.setattr(self.domain, "_send", self._sent)
 
@@ -37,6 +40,7 @@ class Bench:
 
     def _sockets(self, number: int) -> dict[int, str]:
         now = self.clock.now
+        self.looked_s += self.look_s
         new = {port: str(when) for port, when in self.appear_s.items() if when <= now}
         return RUNNING | new
 
@@ -86,3 +90,14 @@ def test_one_that_is_restarted_within_a_poll_has_the_same_port(monkeypatch: pyte
     bench.domain.expect(-1)
     bench.clock.run(3.0)
     assert [ports for _, ports in bench.announced[before:]] == [{port}] * len(INTRODUCED_S)
+
+
+def test_looks_that_take_long_are_rare(monkeypatch: pytest.MonkeyPatch):
+    """Beside a hundred nodes, while others start that never have a participant."""
+    bench = Bench(monkeypatch)
+    bench.look_s = 0.004
+    seconds = 20
+    for second in range(seconds):
+        bench.domain.expect(-1)
+        bench.clock.run(second + 1.0)
+    assert bench.looked_s <= 1.1 * MOST_LOAD * seconds
