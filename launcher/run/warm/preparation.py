@@ -11,10 +11,10 @@ from __future__ import annotations
 import contextlib
 import functools
 import importlib
-import inspect
 import os
 import signal
 import sys
+from types import ModuleType
 
 from launcher.base import strict_json
 from launcher.posix import proc
@@ -199,9 +199,18 @@ def _load_types(types: Sequence[tuple[str, str]]) -> None:
 def _find_files() -> None:
     """Let `inspect` note the file of each module, as it does at the first message of rclpy's log.
 
-    It resolves thousands of paths: 9 ms of a node.
+    It resolves thousands of paths: 9 ms of a node. With a lazy module each program does it itself.
     """
-    inspect.getmodule(sys._getframe())
+    import inspect  # with rclpy it is there; without, a program may have its own `token` or `ast`
+
+    if not any(map(is_lazy, sys.modules.values())):
+        inspect.getmodule(sys._getframe())
+
+
+def is_lazy(module: object) -> bool:
+    """Whether a look at it loads it, as with `importlib.util.LazyLoader`, whatever that does."""
+    kind = type(module)  # perhaps not of a module: `typing.io` is a class
+    return issubclass(kind, ModuleType) and kind.__getattribute__ != ModuleType.__getattribute__
 
 
 @contextlib.contextmanager

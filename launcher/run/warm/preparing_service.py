@@ -23,7 +23,7 @@ from launcher.posix import proc
 from launcher.run.warm import preparing_messages
 from launcher.run.warm.child import become
 from launcher.run.warm.forking import Forker
-from launcher.run.warm.preparation import Preparation, Scan
+from launcher.run.warm.preparation import Preparation, Scan, is_lazy
 from launcher.run.warm.spare import Spare
 
 TYPE_CHECKING = False
@@ -157,7 +157,7 @@ def _stamp(path: str) -> Stamp | None:
 
 def _modules() -> Iterator[str]:
     for module in list(sys.modules.values()):
-        file = getattr(module, "__file__", None)
+        file = None if is_lazy(module) else getattr(module, "__file__", None)
         if isinstance(file, str):
             yield file
 
