@@ -57,6 +57,13 @@ class InvalidLaunchFileError(Exception):
         return self._error_message
 
 
+def is_interrupt(error: BaseException | None) -> bool:
+    """Whether Python has made it of a KeyboardInterrupt: in __set_name__, before 3.12."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__
+    return error is not None
+
+
 class _Early:
     """A description that was loaded before its visit, with what its file could see then."""
 
@@ -105,7 +112,9 @@ class LaunchDescriptionSource:
         """The description if it can be loaded with an empty context, else None."""
         try:
             return self._load_early(LaunchContext())
-        except Exception:  # an attempt: errors are reported when it is visited
+        except Exception as error:  # an attempt: errors are reported when it is visited
+            if is_interrupt(error):
+                raise KeyboardInterrupt from None
             return None
 
     def _load_early(self, context: LaunchContext) -> LaunchDescription:

@@ -14,7 +14,7 @@ from launcher.language.diagnostics import hints, includes, wrong_objects, wrong_
 from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import FileLine, is_library, is_own_file
 from launcher.language.diagnostics.own_faults import doubt, own_fault
-from launcher.language.sources import InvalidLaunchFileError
+from launcher.language.sources import InvalidLaunchFileError, is_interrupt
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def explain(
     entity = getattr(details(error).entity, "_origin", None)
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
         error = error.__cause__
-    if isinstance(error.__cause__, KeyboardInterrupt):  # in __set_name__, before Python 3.12
+    if is_interrupt(error):
         raise KeyboardInterrupt
     cycle = includes.cycle(context) if _is_endless(error) else None
     if cycle is not None:
