@@ -24,8 +24,8 @@ from launch_ros.actions import Node
 def generate_launch_description():
     return LaunchDescription([Node(executable="{script}", name="late")])
 """
-# Takes the ports of the second and then of the third participant, and ends when the test has seen
-# what it waits for.
+# Takes the ports of the second and then of the third participant, each until it is introduced: that
+# of the other one may come once more meanwhile.
 NODE = """#!{python}
 import socket, time
 time.sleep(0.2)
@@ -37,7 +37,8 @@ for port in ({port}, {port} + 2):
         one.bind(("127.0.0.1", port + number))
     sockets[0].settimeout({wait_s})
     try:
-        sockets[0].recv(100)
+        while port.to_bytes(4, "little") not in sockets[0].recv(2000):
+            pass
     except TimeoutError:
         break
 """
