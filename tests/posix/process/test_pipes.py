@@ -8,6 +8,8 @@ import subprocess
 import sys
 from typing import Any
 
+import pytest
+
 # As root there are no limits: it becomes a user that nothing else is running as.
 USER = """
 import fcntl, json, os
@@ -56,5 +58,6 @@ def test_wide_pipes_take_a_share_of_the_limit_until_they_are_closed():
     assert later == 1 << 20
 
 
+@pytest.mark.alone  # other tests of a user who is not root share the limit
 def test_a_pipe_stays_as_it_is_if_the_user_has_reached_the_limit():
     assert _printed(FULL) == [True]
