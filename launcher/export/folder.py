@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError, UsageError
 
 LIST = ".launcher-export.json"  # what was written last, with digests
+_NEW = ".new"  # until all are there
 
 
 class Folder:
@@ -46,15 +48,22 @@ class Folder:
             )
 
     def write(self, files: Mapping[str, str]) -> None:
-        """Write all files, and remove those of the last export that are not among them."""
+        """Write all files, and remove those of the last export that are not among them.
+
+        LauncherError, with all as before, if there is no room for them.
+        """
+        contents = {name: text.encode(errors="surrogateescape") for name, text in files.items()}
+        contents[LIST] = _list_of(files)
+        was_there = os.path.isdir(self.path)
         try:
-            os.makedirs(self.path, exist_ok=True)
+            for name, content in contents.items():
+                self._write(f"{name}{_NEW}", content)
             for name in {*(self._before or {})} - files.keys():
                 self._remove(name)
-            for name, text in files.items():
-                self._write(name, text.encode(errors="surrogateescape"))
-            self._write(LIST, _list_of(files))
+            for name in contents:
+                os.replace(self._full(f"{name}{_NEW}"), self._full(name))
         except OSError as error:
+            self._give_up(contents, was_there=was_there)
             raise LauncherError(
                 f"--out: cannot write '{error.filename or self.path}': {error.strerror}"
             ) from None
@@ -85,18 +94,26 @@ class Folder:
     def _write(self, name: str, content: bytes) -> None:
         path = self._full(name)
         os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(f"{path}.new", "wb") as file:
+        with open(path, "wb") as file:
             file.write(content)
-        os.replace(f"{path}.new", path)
+
+    def _give_up(self, names: Iterable[str], *, was_there: bool) -> None:
+        for name in names:
+            with contextlib.suppress(OSError):
+                self._remove(f"{name}{_NEW}")
+        if not was_there:
+            with contextlib.suppress(OSError):
+                os.rmdir(self.path)
 
     def _remove(self, name: str) -> None:
-        path = self._full(name)
-        if os.path.lexists(path):
-            os.remove(path)
+        """Remove a file, if it exists, and the folders that are empty then."""
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(self._full(name))
         folder = os.path.dirname(name)
-        while folder and not os.listdir(self._full(folder)):
-            os.rmdir(self._full(folder))
-            folder = os.path.dirname(folder)
+        with contextlib.suppress(OSError):  # it is not empty, or does not exist
+            while folder:
+                os.rmdir(self._full(folder))
+                folder = os.path.dirname(folder)
 
 
 def _is_inside(name: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,26 @@ def test_a_second_export_replaces_the_first_and_removes_what_is_stale(tmp_path: 
     write(out, {"a": "4", "sub/b": "2"})
     assert content(out) == {"a": "4", "sub/b": "2"}
     assert not (out / "old").exists()
+
+
+@pytest.mark.parametrize("before", [{}, {"a": "1", "old/c": "3"}])
+def test_an_export_that_finds_no_room_leaves_all_as_it_was(tmp_path: Path, before: dict[str, str]):
+    out = tmp_path / "out"
+    if before:
+        write(out, before)
+    as_it_was = sorted(tmp_path.rglob("*"))
+    files = {"a": "4", "sub/b": "5", "z": "6" * 10_000}
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (5_000, hard))
+    try:
+        with pytest.raises(LauncherError, match="File too large"):
+            write(out, files)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert sorted(tmp_path.rglob("*")) == as_it_was
+    assert content(out) == before
+    write(out, files)
+    assert content(out) == files
 
 
 def test_a_folder_of_others_is_refused(tmp_path: Path):
