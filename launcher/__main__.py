@@ -29,9 +29,9 @@ def open_standard_files() -> None:
             os.fstat(fd)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
-    for name in ("stdout", "stderr"):
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  (for good)
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115  (for good)
 
 
 def _replacement(error: UnicodeError) -> tuple[str | bytes, int]:

@@ -233,7 +233,7 @@ def _launch(
             description,
             path=request.path,
             arguments=request.arguments,
-            noninteractive=request.noninteractive or sys.stdin is None or not sys.stdin.isatty(),
+            noninteractive=request.noninteractive or not sys.stdin.isatty(),
         )
         if hosts is not None or options.start_rules:
             interpreter.note_scopes()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 import textwrap
@@ -12,6 +13,7 @@ import pytest
 
 import launcher
 from tests.support.benches import Workspace
+from tests.support.repository import REPOSITORY
 
 pytestmark = pytest.mark.thorough
 
@@ -385,3 +387,12 @@ def test_a_removed_working_directory_is_reported_as_such(tmp_path: Path):
     )
     said = "error: the current directory does not exist any more\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
+
+
+def test_a_closed_standard_input_is_an_empty_one(tmp_path: Path):
+    command = shlex.join([sys.executable, "-m", "launcher", "interface", "show", "-"])
+    done = subprocess.run(
+        ["sh", "-c", f"{command} <&-"], cwd=REPOSITORY, capture_output=True, text=True, timeout=60
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("Unknown interface ''\n")
