@@ -196,6 +196,7 @@ class Run:
 
     def cancelled(self, process: Process) -> None:
         """It was stopped while it was queued to start."""
+        self.shutdown.has_cancelled = True
         self.core_driver.cancelled(process)
 
     def before_kill(self) -> None:

@@ -34,6 +34,7 @@ class Shutdown:
         self._driver = run.driver
         self._core = run.core_driver
         self._watchdog = run.watchdog
+        self.has_cancelled = False  # a start that was queued
         self._leftovers: Leftovers | None = None
         self._sweeps = 0  # of this machine, and of the parts that look, that have not ended yet
         self._timer: Timer | None = None
@@ -56,8 +57,11 @@ class Shutdown:
 
     @property
     def _is_early(self) -> bool:
-        """Whether a signal has ended the run before it has begun."""
-        return not self._run.is_begun and self.machine.stop_signal is not None
+        """Whether a signal has ended the run before anything was started."""
+        if self.machine.stop_signal is None:
+            return False
+        is_empty = self.has_cancelled and not any(one.history.starts for one in self._processes)
+        return is_empty or not self._run.is_begun
 
     # ---- events
 

@@ -311,7 +311,8 @@ def test_ctrl_c_during_the_preparation_ends_the_run_in_order(control_bench: Cont
     with control_bench.launch(nodes(script, 3), "--warm") as run:
         wait_until(lambda: preparing_of(run), "it prepares")
         run.process.send_signal(signal.SIGINT)
-        assert run.exit_code() == 0
+        assert run.exit_code() == 130
+        assert "exit code 130: nothing was started; ended by: ctrl-c (SIGINT)" in run.screen
         assert "began" not in run.screen
         assert not control_bench.survivors()
 
