@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-from collections.abc import Iterable, Mapping
+import shutil
+from collections.abc import Mapping
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError, UsageError
 
 LIST = ".launcher-export.json"  # what was written last, with digests
-_NEW = ".new"  # until all are there
+_NEW = ".launcher-export.new"  # a folder for all files until they take the places of the last ones
 
 
 class Folder:
@@ -57,16 +58,21 @@ class Folder:
         was_there = os.path.isdir(self.path)
         try:
             for name, content in contents.items():
-                self._write(f"{name}{_NEW}", content)
+                self._write(os.path.join(_NEW, name), content)
             for name in {*(self._before or {})} - files.keys():
                 self._remove(name)
             for name in contents:
-                os.replace(self._full(f"{name}{_NEW}"), self._full(name))
+                os.makedirs(os.path.dirname(self._full(name)), exist_ok=True)
+                os.replace(self._full(os.path.join(_NEW, name)), self._full(name))
         except OSError as error:
-            self._give_up(contents, was_there=was_there)
             raise LauncherError(
                 f"--out: cannot write '{error.filename or self.path}': {error.strerror}"
             ) from None
+        finally:
+            shutil.rmtree(self._full(_NEW), ignore_errors=True)
+            if not was_there:
+                with contextlib.suppress(OSError):  # it has what was exported
+                    os.rmdir(self.path)
 
     # ---- files
 
@@ -75,7 +81,7 @@ class Folder:
 
     def _has_entries(self) -> bool:
         try:
-            return bool(os.listdir(self.path))
+            return os.listdir(self.path) not in ([], [_NEW])  # of one that was killed
         except OSError:
             return False
 
@@ -96,14 +102,6 @@ class Folder:
         os.makedirs(os.path.dirname(path), exist_ok=True)
         with open(path, "wb") as file:
             file.write(content)
-
-    def _give_up(self, names: Iterable[str], *, was_there: bool) -> None:
-        for name in names:
-            with contextlib.suppress(OSError):
-                self._remove(f"{name}{_NEW}")
-        if not was_there:
-            with contextlib.suppress(OSError):
-                os.rmdir(self.path)
 
     def _remove(self, name: str) -> None:
         """Remove a file, if it exists, and the folders that are empty then."""

@@ -51,6 +51,20 @@ def test_an_export_that_finds_no_room_leaves_all_as_it_was(tmp_path: Path, befor
     assert content(out) == files
 
 
+def test_a_file_of_the_last_export_gives_way_to_a_folder(tmp_path: Path):
+    write(tmp_path, {"a": "1"})
+    write(tmp_path, {"a/b": "2"})
+    assert content(tmp_path) == {"a/b": "2"}
+
+
+def test_what_a_killed_export_has_left_is_in_nobodys_way(tmp_path: Path):
+    left = tmp_path / ".launcher-export.new" / "a"
+    left.parent.mkdir()
+    left.write_text("half")
+    write(tmp_path, {"b": "1"})
+    assert content(tmp_path) == {"b": "1"}
+
+
 def test_a_folder_of_others_is_refused(tmp_path: Path):
     (tmp_path / "thesis.tex").touch()
     with pytest.raises(UsageError, match="not of an export"):
