@@ -45,7 +45,8 @@ _MEANINGS = {
     ExitCode.NOT_READY: "smoke: the system was not ready in time",
     ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died, or "
     "before anything was started",
-    ExitCode.TERMINATED: "stopped by SIGTERM, SIGHUP or SIGQUIT; a process was killed or had died",
+    ExitCode.TERMINATED: "stopped by SIGTERM, SIGHUP or SIGQUIT, and a process was killed or had "
+    "died, or before anything was started",
 }
 
 
