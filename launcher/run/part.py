@@ -27,11 +27,13 @@ if TYPE_CHECKING:
     from launcher.run.run import Run
 
     class Exchange(Protocol):
-        """A request that is answered once, now or later."""
+        """A request that is answered once, now or later, or by items of a stream."""
 
         on_end: Callable[[], object]  # called when the client has gone
+        is_stream: bool
 
         def reply(self, result: Mapping[str, Any], text: Sequence[str]) -> None: ...
+        def item(self, value: Mapping[str, Any]) -> None: ...
         def fail(self, problem: BadCallError) -> None: ...
 
     class VerbRequest(Protocol):

@@ -5,11 +5,12 @@ Nobody can use one before the control socket is open, so this is imported behind
 
 from __future__ import annotations
 
-from launcher.base.option import count, option
+from launcher.base.option import count, option, positive_seconds
 from launcher.base.run_verb import Verb
 
 DRY_RUN = option("--dry-run", "only show what would be done")
 STATE = option("STATE", "on or off")
+FOLLOW = option("-f, --follow", "keep printing changes until the run ends")
 
 VERBS = (
     Verb(
@@ -72,6 +73,27 @@ VERBS = (
         "open the page of this run in the browser",
         shell=False,
         serve="launcher.web.web_page:serve",
+    ),
+    Verb(
+        "faults [-f] [--mute FAULT]",
+        "list what is wrong in a watched run, and why",
+        (
+            FOLLOW,
+            option("--acknowledge FAULT", "somebody takes care of it"),
+            option("--mute FAULT", "report it no more: no lines, no actions"),
+            option("--unmute FAULT", "report it again"),
+            option(
+                "--for S",
+                "with --mute: the seconds until it is reported again",
+                positive_seconds,
+                name="for_s",
+                kind="seconds",
+            ),
+            option("--reason TEXT", "with --acknowledge and --mute: why"),
+        ),
+        streams=True,
+        shell=False,
+        serve="launcher.faults.fault_watch:serve",
     ),
     Verb(
         "snapshot [REASON]",

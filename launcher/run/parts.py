@@ -355,6 +355,26 @@ ROWS = (
         check="launcher.bag.flight.recording:check",
     ),
     PartRow(
+        "launcher.faults.fault_watch:FaultWatch",
+        When.SERVED,
+        lambda run: run.options.watchful or run.options.expect is not None,
+        delay_s=0.3,  # leaves the processor to processes that are starting
+        group=LOOKING,
+        options=(
+            option(
+                "--expect FILE",
+                "watch the run: report what does not hold of the expectations in this file, as "
+                "for `smoke`",
+                repeat="once",
+            ),
+            option(
+                "--watchful",
+                "watch the run, with NAME.expect.yaml beside the launch file if there is one",
+            ),
+        ),
+        check="launcher.faults.watch_options:check",
+    ),
+    PartRow(
         "launcher.ros.bridge_process:RosBridge",
         When.SERVED,
         lambda run: run.options.ros,

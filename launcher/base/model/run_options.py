@@ -39,6 +39,8 @@ class RunOptions(Record):
     regular expression `record_topics`. `web`: serve the page in the browser, with the `web_`
     settings (docs/guides/browser.md). `warm`: start Python programs warm (docs/inside/warm.md), or
     none; None: nodes, where that is faster. What matches one of `compose` runs in one process.
+    `expect`: a file of expectations that hold while the run lives, with `watchful` that beside the
+    launch file; `fault_actions` are the FaultActions of supervision files.
     `private`: in a ROS domain that no other run has, `domain_id`. `introduce`: help new nodes to
     discover those that run already.
     """
@@ -63,6 +65,9 @@ class RunOptions(Record):
     record: str | None = None
     record_keep: tuple[float, int] | None = None
     record_topics: str | None = None
+    expect: str | None = None
+    watchful: bool = False
+    fault_actions: tuple[Any, ...] = ()
     web: bool = False
     web_port: int | None = None
     web_host: str | None = None

@@ -27,6 +27,7 @@ WINGS: dict[str, set[str]] = {
     "export": {"hosts"},
     "web": {"ros"},
     "smoke": {"bag", "hosts", "ros", "web", "workspace"},
+    "faults": {"bag", "ros", "smoke", "web"},
 }
 # Where the core names modules of wings: tables whose rows are imported when they are asked for,
 # and programs that are started as processes.

@@ -14,9 +14,9 @@ from tools import wings
 @pytest.mark.parametrize(
     ("room", "users"),
     [
-        ("smoke", {"smoke"}),
-        ("bag", {"bag", "smoke"}),
-        ("hosts", {"hosts", "doctor", "export", "smoke", "workspace"}),
+        ("smoke", {"faults", "smoke"}),
+        ("bag", {"bag", "faults", "smoke"}),
+        ("hosts", {"hosts", "doctor", "export", "faults", "smoke", "workspace"}),
         ("cli", {"cli", *WINGS}),
         ("control", {"control", "launch", "cli", *WINGS}),
         ("base", {*CORE, *WINGS}),
@@ -29,10 +29,11 @@ def test_those_that_may_import_a_room_use_it(room: str, users: set[str]):
 def test_what_a_change_in_a_wing_can_break():
     found = wings.tests_of("bag")
 
-    assert found[:4] == ["tests/bag/", "tests/cli/", "tests/docs/", "tests/smoke/"]
+    whole = ["tests/bag/", "tests/cli/", "tests/docs/", "tests/faults/", "tests/smoke/"]
+    assert found[:5] == whole
     assert "tests/system/test_bags.py" in found  # its verb
     assert "tests/base/unit/test_run_events.py" in found  # a module of smoke
-    assert not [file for file in found[4:] if file.startswith(("tests/web/", "tests/bag/"))]
+    assert not [file for file in found[5:] if file.startswith(("tests/web/", "tests/bag/"))]
 
 
 @pytest.mark.parametrize("room", [*CORE, *WINGS])

@@ -18,6 +18,8 @@ const MARKS = {
   ready: ["ready", "good"],
   responds: ["ready", "good"],
   "not responding": ["alarm", "bad"],
+  fault: ["report", "bad"],
+  "fault healed": ["task_alt", "good"],
   stuck: ["alarm", "bad"],
   "over budget": ["alarm", "warn"],
   "files changed": ["change", "accent"],

@@ -1,0 +1,214 @@
+"""Watches a run (`--expect`, `--watchful`): the table of its faults, and the verb `faults`.
+
+Its process is `launcher.faults.watcher`, which judges; here is what the run has of it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Mapping
+
+from launcher.base import strict_json
+from launcher.base.model.run_events import FaultConfirmed, FaultHealed
+from launcher.base.run_verb import BadCallError
+from launcher.base.text import did_you_mean
+from launcher.faults.watch_options import settings_of
+from launcher.run.helpers.client_process import ClientProcess
+from launcher.run.part import Part
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.run.part import Exchange, VerbRequest
+    from launcher.run.processes.process import Process
+    from launcher.run.run import Run
+
+    Document = dict[str, Any]  # a fault; docs/reference/faults.md
+
+GOODBYE_S = 5.0  # to write the history and incidents to a slow disk
+MODULE = "launcher.faults.watcher"
+_CHANGES = ("acknowledge", "mute", "unmute")
+
+
+class FaultWatch(Part):
+    """Starts the watcher, passes on requests, and keeps what it has reported.
+
+    `listeners` get each fault that has changed, with the change: `suspected`, `confirmed`,
+    `dismissed`, `healed`, or `updated`.
+    """
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self.faults: dict[str, Document] = {}
+        self.left: list[Document] = []
+        self.listeners: list[Callable[[Document, str], object]] = []
+        self._waiting: dict[int, Callable[[Document], None]] = {}
+        self._ids = itertools.count(1)
+        self._process = ClientProcess(
+            run,
+            (MODULE, strict_json.packed(settings_of(run))),
+            name="the watcher",
+            without="the run is not watched",
+            goodbye_s=GOODBYE_S,
+            on_line=self._heard,
+            on_exit=lambda is_restarted: self._fail("the watcher died"),
+        )
+
+    def begin(self) -> None:
+        self._process.start()
+
+    @property
+    def is_watching(self) -> bool:
+        return self._process.pid is not None
+
+    def active(self) -> list[Document]:
+        """The faults that were confirmed and are not healed, by their first time."""
+        found = (one for one in self.faults.values() if one["state"] == "active")
+        return sorted(found, key=lambda one: one["first_s"])
+
+    # ---- what the watcher reports
+
+    def _heard(self, line: bytes) -> None:
+        try:
+            report = strict_json.unpacked(line)
+        except ValueError:
+            return  # what a library prints
+        if not isinstance(report, dict):
+            return
+        if "note" in report:
+            self.run.log.warn(f"watching: {report['note']}")
+        elif "left" in report:
+            self.left = report["left"]
+        elif "fault" in report:
+            self._changed(report["fault"], report["change"])
+        if "id" in report and report["id"] in self._waiting:
+            self._waiting.pop(report["id"])(report)
+
+    def _changed(self, fault: Document, change: str) -> None:
+        if change == "dismissed":
+            self.faults.pop(fault["fault"], None)
+        else:
+            self.faults[fault["fault"]] = fault
+        if fault["muted"] is None:
+            self._log(fault, change)
+        for listener in tuple(self.listeners):
+            listener(fault, change)
+
+    def _log(self, fault: Document, change: str) -> None:
+        """Lines and entries of the event log for what was confirmed, and for its end."""
+        log, process = self.run.log, self._process_of(fault)
+        if change == "confirmed":
+            event = FaultConfirmed(
+                fault["fault"], fault["seen"], fault["incident"], fault["cause"], fault["follows"]
+            )
+            log.log("WARNING", "launch", event.text)
+            log.note(event, process)
+        elif change == "healed":
+            active_s = round(fault["healed_s"] - fault["confirmed_s"], 1)
+            healed = FaultHealed(fault["fault"], active_s, fault["incident"])
+            log.log("INFO", "launch", healed.text)
+            log.note(healed, process)
+
+    def _process_of(self, fault: Document) -> Process | None:
+        """The process that it is about, if it is one."""
+        names = fault["processes"]
+        if len(names) != 1:
+            return None
+        return next((p for p in self.run.processes if p.name == names[0]), None)
+
+    # ---- requests
+
+    def change(
+        self, what: str, fault: str, more: Document, done: Callable[[Document], None]
+    ) -> None:
+        """Acknowledge, mute or unmute; `done` gets the answer, with `error` if it is refused."""
+        number = next(self._ids)
+        request = {"do": what, "fault": fault, "id": number, **more}
+        self._waiting[number] = done
+        if not self._process.send(strict_json.packed(request).encode()):
+            self._waiting.pop(number)
+            done({"error": "the watcher is not running"})
+
+    def _fail(self, error: str) -> None:
+        """Nobody will answer what has been requested."""
+        waiting, self._waiting = self._waiting, {}
+        for done in waiting.values():
+            done({"error": error})
+
+    def stopping(self) -> None:
+        """What happens now is the end of the run, and no fault."""
+        self._process.send(strict_json.packed({"do": "stop"}).encode())
+
+    def close(self) -> None:
+        self._process.send(strict_json.packed({"do": "end"}).encode())
+        self._process.close()
+        self._fail("the run has ended")
+
+    # ---- what is known of processes
+
+    def row(self, process: Process) -> Mapping[str, object]:
+        """The names of the active faults that are about it, in `ps`."""
+        name = process.name
+        return {"faults": [one["fault"] for one in self.active() if name in one["processes"]]}
+
+
+def serve(request: VerbRequest) -> None:
+    """The verb `faults`: the table, a stream of changes, or a change by a user; BadCallError."""
+    watch, options, exchange = (
+        request.run.parts.find(FaultWatch),
+        request.call.options,
+        request.exchange,
+    )
+    if watch is None:
+        hint = "start the run with --watchful, or with --expect FILE"
+        raise BadCallError("wrong-state", "this run is not watched", hint)
+    change = next((name for name in _CHANGES if name in options), None)
+    if change is not None:
+        _serve_change(watch, change, options, exchange)
+    elif options.get("follow"):
+        _follow(watch, exchange)
+    else:
+        table = sorted(watch.faults.values(), key=lambda one: one["first_s"])
+        result = {"faults": table, "left_to_smoke": watch.left, "watching": watch.is_watching}
+        exchange.reply(result, [_line(one) for one in table] or ["no fault"])
+
+
+def _serve_change(
+    watch: FaultWatch, change: str, options: Mapping[str, Any], exchange: Exchange
+) -> None:
+    name = options[change]
+    if name not in watch.faults:
+        hint = did_you_mean(name, watch.faults) or "`faults` lists them"
+        raise BadCallError("bad-option", f"no fault '{name}'", hint)
+    more = {"reason": options.get("reason"), "for_s": options.get("for_s"), "wall_s": time.time()}
+
+    def done(answer: Document) -> None:
+        if "error" in answer:
+            exchange.fail(BadCallError("wrong-state", answer["error"]))
+        else:
+            exchange.reply({"faults": [answer["fault"]]}, [_line(answer["fault"])])
+
+    watch.change(change, name, more, done)
+
+
+def _follow(watch: FaultWatch, exchange: Exchange) -> None:
+    exchange.is_stream = True
+
+    def send(fault: Document, change: str) -> None:
+        exchange.item({**fault, "change": change})
+
+    for fault in sorted(watch.faults.values(), key=lambda one: one["first_s"]):
+        send(fault, "present")
+    watch.listeners.append(send)
+    exchange.on_end = lambda: watch.listeners.remove(send)
+
+
+def _line(fault: Document) -> str:
+    """One fault in a line, for users."""
+    clock = time.strftime("%H:%M:%S", time.localtime(fault["first_s"]))
+    cause = f"; {fault['cause']}" if fault["cause"] else ""
+    follows = f" (follows from '{fault['follows']}')" if fault["follows"] else ""
+    marks = "".join(f", {mark}" for mark in ("acknowledged", "muted") if fault[mark])
+    return f"{clock} {fault['state']}{marks}: {fault['fault']}: {fault['seen']}{cause}{follows}"

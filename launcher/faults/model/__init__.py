@@ -1,0 +1,1 @@
+"""A fault, its life, and the incident that it belongs to; without I/O."""

@@ -1,0 +1,113 @@
+"""A fault of a watched run: an expectation that does not hold, with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from launcher.faults.model.fault_life import Debounce, FaultLife, FaultState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """What was seen instead of what is expected, now; whom it concerns.
+
+    `since_s`: since when, in time of the run; `certain`: it needs no confirmation; `times`: how
+    many violations it stands for; `guess`: a probable cause that the judge has found.
+    """
+
+    seen: str
+    value: float | None = None
+    unit: str = ""
+    processes: tuple[str, ...] = ()
+    nodes: tuple[str, ...] = ()
+    topics: tuple[str, ...] = ()
+    message: Any = None
+    guess: str | None = None
+    since_s: float | None = None
+    certain: bool = False
+    times: int = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaultOrigin:
+    """Which expectation a fault is of: `place` is None for those of every watched run.
+
+    `fault` is the id in the run: the name of the expectation, and what it is about where it is
+    about several.
+    """
+
+    fault: str
+    expectation: str
+    kind: str
+    expected: str
+    place: str | None = None
+
+
+@dataclass(slots=True)
+class Fault:
+    """One fault of a run, which may come again."""
+
+    origin: FaultOrigin
+    life: FaultLife
+    finding: Finding
+    lines: tuple[str, ...] = ()
+    cause: str | None = None
+    rule: str | None = None
+    follows: str | None = None
+    incident: int | None = None
+    acknowledged: dict[str, Any] | None = None
+    muted: dict[str, Any] | None = None
+    extra: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, origin: FaultOrigin, debounce: Debounce, finding: Finding) -> Fault:
+        return cls(origin, FaultLife(debounce), finding)
+
+    @property
+    def id(self) -> str:
+        return self.origin.fault
+
+    @property
+    def is_active(self) -> bool:
+        return self.life.state is FaultState.ACTIVE
+
+    def document(self, wall_of: Callable[[float], float]) -> dict[str, Any]:
+        """As in docs/reference/faults.md; `wall_of` makes seconds since 1970 of a time of the run.
+
+        A dismissed one is `healed` with `confirmed_s` null.
+        """
+        origin, life, finding = self.origin, self.life, self.finding
+        state = FaultState.HEALED if life.state is None else life.state
+
+        def wall(at_s: float | None) -> float | None:
+            return None if at_s is None else round(wall_of(at_s), 3)
+
+        return {
+            "fault": origin.fault,
+            "expectation": origin.expectation,
+            "kind": origin.kind,
+            "place": origin.place,
+            "state": state.value,
+            "expected": origin.expected,
+            "seen": finding.seen,
+            "value": finding.value,
+            "unit": finding.unit,
+            "first_s": wall(life.first_s),
+            "confirmed_s": wall(life.confirmed_s),
+            "last_s": wall(life.last_s),
+            "healed_s": wall(life.healed_s),
+            "count": life.count,
+            "lines": list(self.lines),
+            "message": finding.message,
+            "processes": list(finding.processes),
+            "nodes": list(finding.nodes),
+            "topics": list(finding.topics),
+            "cause": self.cause,
+            "rule": self.rule,
+            "follows": self.follows,
+            "incident": self.incident,
+            "acknowledged": self.acknowledged,
+            "muted": self.muted,
+        }

@@ -1,0 +1,44 @@
+"""The values of the options of a watched run."""
+
+from __future__ import annotations
+
+from launcher.base.errors import UsageError
+from launcher.base.model.run_options import RunOptions
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.run.run import Run
+
+
+def check(options: RunOptions) -> None:
+    """UsageError for options that exclude each other; LauncherError for mistakes in the file."""
+    if not options.control:
+        raise UsageError("--expect and --watchful need the control socket: without --no-control")
+    from launcher.packages.absent_ros import require
+
+    require("--watchful" if options.expect is None else "--expect", {})
+    if options.expect is not None:
+        from launcher.smoke.preflight import loader
+
+        loader.load(options.expect)
+
+
+def settings_of(run: Run) -> dict[str, Any]:
+    """The settings of `launcher.faults.watcher`."""
+    assert run.socket is not None
+    return {
+        "socket": run.socket,
+        "run_folder": run.log_dir,
+        "launch_file": run.launched.target,
+        "expect": run.options.expect or _beside(run),
+        "hosts": run.options.hosts,
+    }
+
+
+def _beside(run: Run) -> str | None:
+    from launcher.smoke.preflight.loader import beside
+
+    path = beside(run.launched.target) if run.options.watchful else None
+    return None if path is None else str(path)
