@@ -63,6 +63,7 @@ class Probe:
             "graph": lambda _: self._fresh().document(),
             "services": lambda _: {"services": self._snapshot.document()["services"]},
             "traffic": lambda _: self._subscriptions.traffic(),
+            "arrivals": lambda _: self._subscriptions.arrivals(),
             "listen": self._listen,
             "cancel": lambda request: {"cancelled": self._jobs.cancel(request.of)},
             "explain": self._explain,

@@ -10,17 +10,20 @@ from typing import Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import full_type
+from launcher.ros.probe.new_arrivals import NO_STAMP, NewArrivals, stamp_ns
 from launcher.ros.probe.probe_snapshot import ProbeSnapshot
 from launcher.ros.probe.protocol import NANOS, ProbeRequest
 from launcher.ros.probe.topic_traffic import Traffic
 from launcher.ros.snapshot.ros_graph import Endpoint
 from launcher.ros.topics import statistics
 from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget, full_topic
+from launcher.ros.topics.raw import RawMessage
 
 DEPTH = 2000  # messages that wait for us: 0.4 s of a topic with 5000 a second
 KEPT_TIMES = 20_000
 LISTEN_PERIOD_S = 0.01  # the middleware stamps messages, so they can wait
-_COUNT_PERIOD_S = 0.2  # of those that are only counted, with DEPTH
+_COUNT_PERIOD_S = 0.2  # of those that are read raw, with DEPTH
+_REST_FACTOR = 2.0  # of those that are only counted: 5000 a second that begin at once are DEPTH
 _BUSY = 0.05  # this part of the depth in one period makes the next one short
 _RATE_NAMES = ("mean_s", "min_s", "max_s", "std_dev_s")
 
@@ -31,7 +34,7 @@ class Subscription:
 
     `profile` is that of the subscription, `endpoint` the last one that there was.
     `newest` is a message that waits for the end of its period, with `most_hz`; `left_out` counts
-    those that it replaced.
+    those that it replaced. `stamps`: they are wanted; `has_stamps`: the type has some.
     """
 
     key: str
@@ -40,6 +43,8 @@ class Subscription:
     qos: dict[str, Any] | None
     pushes: bool
     depth: int
+    stamps: bool = False
+    has_stamps: bool = False
     most_hz: float | None = None
     listener: Listener | None = None
     profile: object = None
@@ -51,6 +56,7 @@ class Subscription:
     count: int = 0
     size_bytes: int = 0
     traffic: Traffic = field(default_factory=Traffic)
+    arrivals: NewArrivals = field(default_factory=NewArrivals)
     since_ns: int = field(default_factory=time.monotonic_ns)
     due_s: float = 0.0
     newest: ReceivedMessage | None = None
@@ -67,19 +73,27 @@ class Subscription:
         period_s = listen_s
         if self.is_raw and found <= self.depth * _BUSY:
             limit_s = _COUNT_PERIOD_S * min(1.0, self.depth / DEPTH)
-            if self.pushes and self.most_hz is not None:
+            if self.most_hz is not None:
                 limit_s = min(limit_s, 0.5 / self.most_hz)
+            elif not self.pushes:
+                limit_s *= _REST_FACTOR
             period_s = max(listen_s, limit_s)
         self.due_s = (time.monotonic() // period_s + 1) * period_s
 
-    def count_in(self, sample: ReceivedMessage, offset_ns: int) -> None:
-        at_ns = sample.received_ns - offset_ns
-        size_bytes = len(sample.message) if self.is_raw else 0
+    def count_in(self, at_ns: int, size_bytes: int, is_history: bool) -> None:
         self.times_ns.append(at_ns)
         self.count += 1
         self.size_bytes += size_bytes
-        if not sample.is_history:
+        if not is_history:
             self.traffic.add(at_ns, size_bytes)
+
+    def note_in(self, raw: RawMessage, is_history: bool, offset_ns: int) -> None:
+        """The same of a message that is not sent: its times are kept for `arrivals_document`."""
+        at_ns = raw.received_ns - offset_ns
+        self.count_in(at_ns, len(raw.data), is_history)
+        if not is_history:
+            found_ns = stamp_ns(raw.data) if self.has_stamps else NO_STAMP
+            self.arrivals.add(at_ns, raw.source_ns, found_ns)
 
     def hold(self, sample: ReceivedMessage) -> None:
         """Keep the newest message for the end of the period."""
@@ -100,14 +114,23 @@ class Subscription:
 
     def traffic_document(self, now_ns: int) -> dict[str, Any]:
         rate_hz = self.traffic.rate_hz(now_ns, self.since_ns)
-        is_failed = self.listener is None and self.error is not None
-        waiting = "failed" if is_failed else "waiting"
         return {
             "topic": self.topic,
             "rate_hz": rate_hz,
             "bytes_per_s": rate_hz * self.traffic.mean_bytes() if self.is_raw else None,
             "age_s": (now_ns - self.times_ns[-1]) / NANOS if self.times_ns else None,
             "count": self.count,
+            **self._state(),
+        }
+
+    def arrivals_document(self) -> dict[str, Any]:
+        """What has arrived since the last time, without the history of the topic."""
+        times = self.arrivals.document(stamped=self.has_stamps)
+        return {"topic": self.topic, "count": self.count, **times, **self._state()}
+
+    def _state(self) -> dict[str, Any]:
+        waiting = "waiting" if self.error is None else "failed"
+        return {
             "state": waiting if self.listener is None else "subscribed",
             "error": self.error,
         }
@@ -128,12 +151,16 @@ def subscription_of(request: ProbeRequest) -> Subscription:
     most_hz = request.optional_number("most_hz")
     if most_hz is not None and not 0 < most_hz < math.inf:
         raise VerbError("'most_hz' must be greater than 0", hint="without it all messages are sent")
+    pushes, stamps = request.flag("messages", True), request.flag("stamps", False)
+    if stamps and pushes:
+        raise VerbError("'stamps' needs 'messages': false", hint="messages have their stamps")
     return Subscription(
         key=request.text("sub"),
         topic=full_topic(request.text("topic")),
         type=request.optional_text("type"),
         qos=request.mapping("qos"),
-        pushes=request.flag("messages", True),
+        pushes=pushes,
+        stamps=stamps,
         depth=int(request.number("depth", DEPTH)),
         most_hz=most_hz,
     )

@@ -18,6 +18,7 @@ from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.messages.to_yaml import to_plain
+from launcher.ros.probe.new_arrivals import has_stamp
 from launcher.ros.probe.probe_snapshot import ProbeSnapshot
 from launcher.ros.probe.protocol import NANOS, LineOutbox, ProbeRequest, moment, wall_offset_ns
 from launcher.ros.probe.subscription import (
@@ -100,6 +101,8 @@ class Subscriptions:
         listener = Listener(self._observer, raw=sub.is_raw, taker=self._taker)
         profile = None if sub.qos is None else qos.from_words(sub.qos, sub.depth)
         listener.subscribe(target, profile, sub.depth)
+        kind = load_message(target.type)
+        sub.has_stamps = sub.stamps and has_stamp(kind.get_fields_and_field_types())
         return listener
 
     def _note_profile(self, sub: Subscription, listener: Listener) -> None:
@@ -152,21 +155,27 @@ class Subscriptions:
                 self._read(sub, sub.listener)
 
     def _read(self, sub: Subscription, listener: Listener) -> None:
+        found = self._forward(sub, listener) if sub.pushes else _counted(sub, listener)
+        sub.plan(found, self.listen_s)
+
+    def _forward(self, sub: Subscription, listener: Listener) -> int:
+        """Send what has come, or keep it for the end of the period; the number of messages."""
         samples = listener.take()
         if samples:
             self._keep(sub, samples)
-        if (found := sub.release()) is not None:
-            sample, left_out = found
+        if (released := sub.release()) is not None:
+            sample, left_out = released
             self._push(sub, sample, wall_offset_ns(), {"skipped": left_out})
-        sub.plan(len(samples), self.listen_s)
+        return len(samples)
 
     def _keep(self, sub: Subscription, samples: list[ReceivedMessage]) -> None:
         offset_ns = wall_offset_ns()
         for sample in samples:
-            sub.count_in(sample, offset_ns)
-            if sub.pushes and sub.most_hz is None:
+            size_bytes = len(sample.message) if sub.is_raw else 0
+            sub.count_in(sample.received_ns - offset_ns, size_bytes, sample.is_history)
+            if sub.most_hz is None:
                 self._push(sub, sample, offset_ns, {})
-            elif sub.pushes:
+            else:
                 sub.hold(sample)
 
     def _push(
@@ -198,6 +207,21 @@ class Subscriptions:
         now_ns = time.monotonic_ns()
         subs = {key: sub.traffic_document(now_ns) for key, sub in self._subscriptions.items()}
         return {"mono": now_ns / NANOS, "subs": subs}
+
+    def arrivals(self) -> dict[str, Any]:
+        """What has arrived since the last time, of the subscriptions that send no messages."""
+        counted = {key: sub for key, sub in self._subscriptions.items() if not sub.pushes}
+        subs = {key: sub.arrivals_document() for key, sub in counted.items()}
+        return {**moment(), "subs": subs}
+
+
+def _counted(sub: Subscription, listener: Listener) -> int:
+    """Note when messages have come; how many."""
+    taken = listener.take_raw()
+    offset_ns = wall_offset_ns()
+    for raw, is_history in taken:
+        sub.note_in(raw, is_history, offset_ns)
+    return len(taken)
 
 
 def _contents(sub: Subscription, sample: ReceivedMessage) -> _Fields:

@@ -112,8 +112,10 @@ class Fitted:
 
         With each, how many of its publisher were lost before it.
         """
+        available_ns = self.numbers.available_ns
         for raw, lost in self._new(most):
-            yield raw._replace(received_ns=self.numbers.available_ns(raw)), lost
+            at_ns = available_ns(raw)
+            yield (raw if at_ns == raw.received_ns else raw._replace(received_ns=at_ns)), lost
 
     def _new(self, most: int) -> Iterator[tuple[RawMessage, int]]:
         if self._before:

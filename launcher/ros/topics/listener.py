@@ -172,13 +172,25 @@ class Listener:
     def take(self) -> list[ReceivedMessage]:
         """The messages that are there now, at most 1000 of each subscription."""
         return [
-            self._sample(topic, raw)
+            self._sample(topic, raw, is_history)
             for topic in self._topics
-            for raw, _ in topic.fitted.take(_BURST)
+            for raw, is_history in self._taken(topic)
         ]
 
+    def take_raw(self) -> list[tuple[RawMessage, bool]]:
+        """The same as they come, and whether each is history: half the time of `take`."""
+        return [found for topic in self._topics for found in self._taken(topic)]
+
     @staticmethod
-    def _sample(topic: _TopicSubscription, raw: RawMessage) -> ReceivedMessage:
+    def _taken(topic: _TopicSubscription) -> list[tuple[RawMessage, bool]]:
+        found = [raw for raw, _ in topic.fitted.take(_BURST)]
+        if topic.history is None:
+            return [(raw, False) for raw in found]
+        has = topic.history.has
+        return [(raw, has(raw.publisher, raw.source_ns, raw.received_ns)) for raw in found]
+
+    @staticmethod
+    def _sample(topic: _TopicSubscription, raw: RawMessage, is_history: bool) -> ReceivedMessage:
         return ReceivedMessage(
             topic=topic.target.name,
             message=topic.decode(raw.data),
@@ -188,7 +200,7 @@ class Listener:
                 "publication_sequence_number": raw.sequence,
                 "reception_sequence_number": None,
             },
-            is_history=_is_history(topic, raw),
+            is_history=is_history,
             publisher=raw.publisher,
         )
 
@@ -227,11 +239,6 @@ class Listener:
             text_of = functools.partial(_nothing_received, name, len(publishers))
             if text := topic.unmatched.news([*publishers, own], text_of):
                 warn(text)
-
-
-def _is_history(topic: _TopicSubscription, raw: RawMessage) -> bool:
-    history = topic.history
-    return history is not None and history.has(raw.publisher, raw.source_ns, raw.received_ns)
 
 
 def _history(profile: Any) -> TopicHistory | None:

@@ -166,6 +166,7 @@ def test_a_subscription_waits_for_its_topic(probe, env):
             "unknown reliability 'SURE'",
         ),
         ("subscribe", {"sub": "x", "topic": "/a", "qos": {"speed": "1"}}, "unknown QoS policy"),
+        ("subscribe", {"sub": "x", "topic": "/a", "stamps": True}, "needs 'messages': false"),
         ("rate", {"sub": "nobody"}, "unknown subscription 'nobody'"),
         ("subscibe", {}, "unknown request 'subscibe'"),
         ("explain", {"topic": "/weak", "as": {"direction": "up"}}, "unknown direction 'up'"),
@@ -281,6 +282,36 @@ def test_rates_come_from_the_times_of_reception(probe):
     assert (window["count"], window["rate_hz"]) == (1, 0.0)
     assert not probe.messages("rate")
     probe.ask("unsubscribe", sub="rate")
+
+
+def test_arrivals_are_given_once_with_the_stamps_of_types_that_have_them(probe):
+    for topic in ("points", "numbers", "latched"):
+        probe.ask("subscribe", sub=topic, topic=f"/{topic}", messages=False, stamps=True)
+    found: list[dict[str, Any]] = []
+
+    def come(topic: str) -> list[float]:
+        return [at_s for one in found for at_s in one[topic]["mono"]]
+
+    def has_come() -> bool:
+        found.append(probe.ask("arrivals")["subs"])
+        return all(len(come(topic)) >= 8 for topic in ("points", "numbers"))
+
+    wait_until(has_come, "eight messages of both")
+    assert come("points") == sorted(set(come("points")))
+    offset_s = probe.said[0]["wall"] - probe.said[0]["mono"]
+    for one in found:
+        points = one["points"]
+        for mono, sent, stamp in zip(
+            *(points[name] for name in ("mono", "sent", "stamp")), strict=True
+        ):
+            assert stamp <= sent <= mono + offset_s + 1
+            assert mono + offset_s - stamp < 60
+        assert one["numbers"]["stamp"] is None
+    latched = found[-1]["latched"]  # has its history only
+    assert (come("latched"), latched["count"], latched["state"]) == ([], 5, "subscribed")
+    assert probe.ask("rate", sub="points")["count"] >= len(come("points"))
+    for topic in ("points", "numbers", "latched"):
+        probe.ask("unsubscribe", sub=topic)
 
 
 def test_a_planned_endpoint_is_compared_with_the_existing_ones(probe):
