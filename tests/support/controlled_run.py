@@ -16,7 +16,7 @@ import psutil
 
 from launcher.control.client import Connection
 from tests.support.json_forms import fit_result
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 
 TIMEOUT_S = 60.0
 
@@ -102,7 +102,7 @@ class ControlledRun:
     def shell(self, *words: str) -> subprocess.CompletedProcess[str]:
         """A command from another shell, to its end."""
         command = self.shell_start(*words)
-        out, err = command.communicate(timeout=TIMEOUT_S)
+        out, err = rest_of(command, TIMEOUT_S)
         return subprocess.CompletedProcess(command.args, command.returncode, out, err)
 
     def shell_start(self, *words: str) -> subprocess.Popen[str]:

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import psutil
 
@@ -114,6 +114,12 @@ def without_complaints(text: str) -> str:
     """The text without the lines in which Fast DDS complains of a port."""
     lines = text.splitlines(keepends=True)
     return "".join(line for line in lines if not _PORT_COMPLAINT.search(line))
+
+
+def line_of(pipe: IO[str] | None) -> str:
+    """The next line that is no such complaint; empty at the end."""
+    assert pipe is not None
+    return next(filter(without_complaints, pipe), "")
 
 
 def shared_memory_of(pid: int) -> set[Path]:

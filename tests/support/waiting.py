@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
+from tests.support.node_process import without_complaints
+
 LOOK_S = 0.02
 
 
@@ -22,6 +24,7 @@ def rest_of(process: subprocess.Popen[str], timeout_s: float = 60.0) -> tuple[st
     """What a process still prints to the pipes stdout and stderr, and wait for its end.
 
     For a process whose lines were read before: `communicate` loses what they left in the buffer.
+    The complaints of Fast DDS are left out.
     """
     with ThreadPoolExecutor() as pool:
         out, err = (
@@ -32,4 +35,4 @@ def rest_of(process: subprocess.Popen[str], timeout_s: float = 60.0) -> tuple[st
         except subprocess.TimeoutExpired:
             process.kill()
             raise
-        return out.result(), err.result()
+        return without_complaints(out.result()), without_complaints(err.result())

@@ -16,6 +16,7 @@ from launcher.bag.bag_model import Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter
 from tests.bag.ros.test_record import recording
+from tests.support.node_process import line_of
 from tests.support.repository import REPOSITORY
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import launcher
@@ -63,8 +64,7 @@ def test_an_action_is_recorded_shown_and_published(env, tmp_path: Path):
     with talking(env, "tests.support.bag_listener", f"{FEEDBACK}={TYPE}_FeedbackMessage") as one:
         played = launcher(env, "bag", "play", str(bag), "--actions", ACTION)
         assert played.code == 0, played
-        assert one.stdout is not None
-        heard = [json.loads(one.stdout.readline()) for _ in range(3)]
+        heard = [json.loads(line_of(one.stdout)) for _ in range(3)]
     recorded = [message.data for message in Bag(str(bag)).messages([FEEDBACK])]
     assert [bytes.fromhex(data) for _, data, _ in heard] == recorded
 

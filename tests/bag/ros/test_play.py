@@ -22,6 +22,7 @@ from launcher.bag.metadata import FILE
 from launcher.bag.writer import BagWriter
 from tests.bag.ros.test_record import contents, recording
 from tests.support.bags import QOS, START_NS, counting, string_cdr, string_topic, write_bag
+from tests.support.node_process import line_of
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
@@ -42,8 +43,7 @@ def domain(tmp_path: Path) -> Iterator[dict[str, str]]:
 
 def heard(listener: subprocess.Popen[str], count: int) -> list[list]:
     """The next messages of the listener."""
-    assert listener.stdout is not None
-    return [json.loads(listener.stdout.readline()) for _ in range(count)]
+    return [json.loads(line_of(listener.stdout)) for _ in range(count)]
 
 
 def listening(env: dict[str, str], *words: str):
@@ -142,8 +142,7 @@ def test_latched_topics_stay_latched(domain, tmp_path: Path):
         writer.write(one)
     writer.close()
     with playing(domain, str(tmp_path / "bag"), str(tmp_path / "long")) as player:
-        assert player.stderr is not None
-        assert "playing 2 topics" in player.stderr.readline()
+        assert "playing 2 topics" in line_of(player.stderr)
         with listening(domain, "--latched", f"/map={STRING}") as listener:
             assert bytes.fromhex(heard(listener, 1)[0][1]) == PADDED[0]
 

@@ -13,8 +13,10 @@ from launcher.bag.bag_model import Topic
 from launcher.bag.writer import BagWriter
 from tests.bag.ros.test_play import PADDED, STRING, heard, listening, playing
 from tests.support.bags import START_NS, counting, string_topic, write_bag
+from tests.support.node_process import line_of
 from tests.support.ros_domain import ros_domain
 from tests.support.verbs import launcher
+from tests.support.waiting import rest_of
 
 
 @pytest.fixture
@@ -96,11 +98,10 @@ def test_a_clock_in_the_bag_gives_way_to_the_clock_of_the_player(domain, tmp_pat
 def test_sigterm_ends_it_as_ctrl_c_does(domain, tmp_path: Path):
     bag = str(write_bag(tmp_path / "bag", counting("/chatter", 1000, 0.1)))
     with playing(domain, bag) as player:
-        assert player.stderr is not None
-        assert player.stderr.readline() == "playing 1 topic\n"
+        assert line_of(player.stderr) == "playing 1 topic\n"
         player.send_signal(signal.SIGTERM)
-        assert player.wait(timeout=60) == 0
-        assert re.search(r"^played \d+ messages?\n$", player.stderr.read())
+        assert re.fullmatch(r"played \d+ messages?\n", rest_of(player)[1])
+        assert player.returncode == 0
 
 
 def test_bags_are_arguments_or_inputs(domain, tmp_path: Path):

@@ -26,7 +26,7 @@ from tests.support.foxglove_server import serving
 from tests.support.json_forms import fit
 from tests.support.ros_domain import ros_domain
 from tests.support.verbs import TIMEOUT_S, launcher
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 
 
 @contextlib.contextmanager
@@ -143,7 +143,7 @@ def test_it_ends_in_order(env: dict[str, str], signum: int):
         received = client.subscribe("/chatter")
         client.wait(lambda: received.messages, "a message")
         server.process.send_signal(signum)
-        out, err = server.process.communicate(timeout=TIMEOUT_S)
+        out, err = rest_of(server.process, TIMEOUT_S)
         assert server.process.returncode == 0
         assert err == ""
         lines = "\n".join(line for line in out.splitlines() if line.startswith("{"))

@@ -14,6 +14,7 @@ import yaml
 from tests.support.action_site import TYPE, WAIT, Site
 from tests.support.any_message import has
 from tests.support.json_forms import fit
+from tests.support.node_process import line_of
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import eventually
 from tests.support.workspaces import BuiltWorkspace
@@ -34,10 +35,9 @@ def site(fleet_workspace: BuiltWorkspace, tmp_path: Path) -> Iterator[Site]:
 
 def messages(program: subprocess.Popen[str], interfaces: set[str]) -> dict[str, dict]:
     """The first message of each interface, until there are all."""
-    assert program.stdout is not None
     found: dict[str, dict] = {}
     while interfaces - found.keys():
-        text = "".join(iter(program.stdout.readline, "---\n"))
+        text = "".join(iter(lambda: line_of(program.stdout), "---\n"))
         first, _, rest = text.partition("\n")
         assert first.startswith("interface: "), text
         found.setdefault(first.removeprefix("interface: "), yaml.safe_load(rest))
@@ -64,12 +64,10 @@ def test_events_of_services_have_names(site):
         assert has(found, {"info": {"event_type": "REQUEST_RECEIVED"}, "response": []}), found
         assert found["request"][0]["goal"]["assignment"]["task"] == "work"
         with site.going_on(*words, "--csv") as program:
-            assert program.stdout is not None
-            assert program.stdout.readline() == "interface: GOAL_SERVICE\n"
-            assert program.stdout.readline().startswith("1,")
+            assert line_of(program.stdout) == "interface: GOAL_SERVICE\n"
+            assert line_of(program.stdout).startswith("1,")
         with site.going_on(*words, "--json") as program:
-            assert program.stdout is not None
-            (shown,) = fit("action echo", program.stdout.readline())
+            (shown,) = fit("action echo", line_of(program.stdout))
     assert shown["interface"] == "GOAL_SERVICE"
     assert shown["message"]["info"]["event_type"] == "REQUEST_RECEIVED"
 

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from tests.support.node_process import line_of
 from tests.support.verbs import TIMEOUT_S, eventually
 
 pytestmark = pytest.mark.thorough
@@ -37,12 +38,11 @@ def test_a_topic_that_is_missing_is_below_the_minimum_and_hides_no_other(verb):
 
 def test_a_topic_is_measured_as_soon_as_somebody_publishes_it(verb, env):
     bw = subprocess.Popen([*TOPIC, "bw", "/later"], env=env, stdout=subprocess.PIPE, text=True)
-    assert bw.stdout is not None
-    assert bw.stdout.readline() == UNPUBLISHED.format("/later")
+    assert line_of(bw.stdout) == UNPUBLISHED.format("/later")
     words = ("/later", "std_msgs/msg/String", "data: x", "--rate", "20", "--times", "40")
     verb("topic", "pub", *words)  # waits for the subscription
-    assert bw.stdout.readline() == "Subscribed to [/later]\n"
-    assert "B/s from" in bw.stdout.readline()
+    assert line_of(bw.stdout) == "Subscribed to [/later]\n"
+    assert "B/s from" in line_of(bw.stdout)
     bw.terminate()
     assert bw.wait(timeout=TIMEOUT_S) == 0
     bw.stdout.close()

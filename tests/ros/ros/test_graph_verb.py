@@ -12,6 +12,7 @@ import pytest
 
 from tests.support.browser import browser
 from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW
+from tests.support.node_process import line_of
 from tests.support.verbs import TIMEOUT_S, launcher
 
 TREE = """/site/east/listener
@@ -107,7 +108,7 @@ def test_watch_prints_what_comes_and_goes(env):
         text=True,
     )
     assert watch.stdout is not None
-    while watch.stdout.readline().strip():
+    while line_of(watch.stdout).strip():
         pass  # the tree, which an empty line ends
     # It stays until it has been seen: discovery may take longer than a short publication.
     words = ["topic", "pub", "/news", "std_msgs/String", "--rate", "5", "-w", "0"]

@@ -11,6 +11,7 @@ from typing import IO
 import pytest
 
 from tests.support.json_forms import fit
+from tests.support.node_process import line_of
 from tests.support.ros_domain import Verb, patient_verb, ros_domain, talking
 from tests.support.verbs import Answer, eventually, going_on, in_process, launcher
 from tests.support.waiting import wait_until
@@ -86,7 +87,7 @@ def test_the_forms_of_differences(verb: Verb, env: dict[str, str], tmp_path: Pat
         # It does not show the graph that it begins with, and nothing says when it has that one: a
         # publisher comes and goes until one of the two is shown.
         wait_until(lambda: is_shown(watching.stdout, env), "a change")
-        fit("graph --watch", watching.stdout.readline())
+        fit("graph --watch", line_of(watching.stdout))
 
 
 def is_shown(stream: IO[str] | None, env: dict[str, str]) -> bool:
@@ -101,8 +102,7 @@ def test_the_form_of_events_of_services(tmp_path: Path):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.introspected_service"):
         words = ("service", "echo", "/told", "--json")
         with going_on(env, *words) as program:
-            assert program.stdout is not None
-            fit("service echo", program.stdout.readline())
+            fit("service echo", line_of(program.stdout))
 
 
 @pytest.fixture

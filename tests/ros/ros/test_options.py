@@ -10,6 +10,7 @@ import yaml
 
 from launcher.posix.domains import PROFILES, has_profiles
 from launcher.ros.discovery.observer import Observer
+from tests.support.node_process import line_of
 from tests.support.verbs import TIMEOUT_S, eventually, going_on, launcher
 from tests.support.waiting import wait_until
 
@@ -171,9 +172,8 @@ def test_pub_says_each_nth_and_needs_a_rate_above_zero(verb):
 def test_pub_waits_for_as_many_subscriptions_as_it_is_told(verb, env):
     words = ("topic", "pub", "/waiting", "std_msgs/msg/String", "--once", "-w", "1")
     with going_on(env, *words) as program:
-        assert program.stdout is not None
         waiting = "Waiting for at least 1 matching subscription(s)...\n"
-        assert program.stdout.readline() == waiting
+        assert line_of(program.stdout) == waiting
         # RELIABLE, or the one message may come before echo knows who sends it
         words = ("/waiting", "std_msgs/msg/String", "--once", "--qos-reliability", "reliable")
         assert verb("topic", "echo", *words).code == 0
@@ -260,8 +260,7 @@ def test_a_call_takes_its_request_from_stdin(verb):
 def test_calls_again_and_again(env):
     words = ("service", "call", "/switch", "std_srvs/srv/SetBool", "--rate", "20", "--json")
     with going_on(env, *words) as program:
-        assert program.stdout is not None
-        answers = [json.loads(program.stdout.readline())["response"] for _ in range(3)]
+        answers = [json.loads(line_of(program.stdout))["response"] for _ in range(3)]
         assert [one["message"] for one in answers] == ["off"] * 3
     assert program.returncode == 0
 

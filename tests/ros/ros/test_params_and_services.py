@@ -14,7 +14,7 @@ from launcher.posix.ports import participants_by_domain
 from launcher.ros.messages.message_schema import rihs_hash
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import eventually, launcher
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 
 LISTENER = "/site/east/listener"
 REQUEST = "requester: making request: std_srvs.srv.Trigger_Request()"
@@ -151,7 +151,7 @@ def test_a_node_that_starts_within_the_timeout_of_param_is_found(tmp_path):
         with subprocess.Popen(words, env=env, stdout=subprocess.PIPE, text=True) as waiting:
             wait_until(lambda: participants_by_domain()[domain_id], "the verb has a participant")
             with talking(env, "tests.support.sample_nodes"):
-                out, _ = waiting.communicate(timeout=60)
+                out, _ = rest_of(waiting)
     assert out.splitlines() == [f"  {name}" for name in TALKER]
 
 

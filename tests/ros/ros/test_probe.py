@@ -15,6 +15,7 @@ import pytest
 from launcher.ros.discovery.discovery_reader import read_graph
 from launcher.run.monitor.shared_memory import FOLDER, held
 from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW, is_drawn
+from tests.support.node_process import line_of
 from tests.support.probe_process import ProbeProcess, names
 from tests.support.ros_domain import talking
 from tests.support.waiting import wait_until
@@ -373,8 +374,7 @@ def test_a_slow_reader_costs_bounded_memory_and_gets_the_number_of_dropped_messa
         # A full queue is twice the limit: however late it is taken from there, some are dropped.
         probe.send("subscribe", sub="flood", topic="/flood", depth=count // 2)
         with talking(env, NUMBERS, "flood", str(count), "500", "RELIABLE", "32768") as program:
-            assert program.stdout is not None
-            assert float(program.stdout.readline()) > 0  # all published while nobody read
+            assert float(line_of(program.stdout)) > 0  # all published while nobody read
             used_bytes = psutil.Process(probe.pid).memory_info().rss
             probe.begin_to_read()
             missed = probe.event("dropped")["messages"]

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from tests.support.node_process import line_of
 from tests.support.ros_domain import Verb, patient_verb, ros_domain, talking
 from tests.support.verbs import Answer, eventually, going_on
 
@@ -36,9 +37,8 @@ def read_events(env: dict[str, str], *words: str) -> list[dict]:
     """Four events of `service echo`, each as its YAML says."""
     documents = []
     with going_on(env, "service", "echo", *words) as program:
-        assert program.stdout is not None
         while len(documents) < 4:
-            text = "".join(iter(program.stdout.readline, "---\n"))
+            text = "".join(iter(lambda: line_of(program.stdout), "---\n"))
             documents.append(yaml.safe_load(text[text.index("info:") :]))
     return documents
 
@@ -74,14 +74,12 @@ def test_events_have_names_and_contents(here, words):
 @pytest.mark.thorough
 def test_the_styles_of_events(here):
     with going_on(here, "service", "echo", "/told", "--csv", "--no-str") as program:
-        assert program.stdout is not None
-        rows = [program.stdout.readline().rstrip("\n").split(",") for _ in range(4)]
+        rows = [line_of(program.stdout).rstrip("\n").split(",") for _ in range(4)]
     for row in rows:
         assert row[0] in "0123"
         assert row[20:] in (["True", ""], ["", "True", "<string length: <8>>"])
     with going_on(here, "service", "echo", "/told", "--json") as program:
-        assert program.stdout is not None
-        document = json.loads(program.stdout.readline())
+        document = json.loads(line_of(program.stdout))
     assert document["topic"] == TOPIC
     assert document["message"]["info"]["event_type"] in KINDS
     (event, *_) = read_events(here, "/told", "--no-arr")

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from tests.support.node_process import without_complaints
+from tests.support.node_process import line_of, without_complaints
 from tests.support.verbs import TIMEOUT_S, Answer, eventually, going_on
 from tests.support.waiting import wait_until
 
@@ -273,8 +273,7 @@ def test_echo_ends_quietly_on_a_signal(env, signum):
         stderr=subprocess.PIPE,
         text=True,
     )
-    assert echo.stdout is not None
-    assert echo.stdout.readline().startswith("data: msg")
+    assert line_of(echo.stdout).startswith("data: msg")
     echo.send_signal(signum)
     _, errors = echo.communicate(timeout=TIMEOUT_S)
     assert (without_complaints(errors), echo.returncode) == ("", 0)
@@ -290,7 +289,7 @@ def test_a_reader_that_has_enough_ends_echo_quietly(env):
     )
     assert echo.stdout is not None
     assert echo.stderr is not None
-    echo.stdout.readline()
+    line_of(echo.stdout)
     echo.stdout.close()
     wait_until(lambda: echo.poll() is not None, "echo has ended")
     assert (without_complaints(echo.stderr.read()), echo.returncode) == ("", 0)
@@ -309,8 +308,7 @@ def test_a_filter_looks_at_each_of_several_fields(verb):
 @pytest.mark.thorough
 def test_the_node_that_subscribes_may_have_a_name(verb, env):
     with going_on(env, "topic", "echo", "/chatter", "-n", "listening_in") as echo:
-        assert echo.stdout is not None
-        assert echo.stdout.readline().startswith("data: msg")
+        assert line_of(echo.stdout).startswith("data: msg")
         listed = eventually(lambda: verb("node", "list"), lambda one: "listening_in" in one.out)
         assert "/listening_in" in listed.lines
         told = verb("topic", "info", "/chatter", "-v", "--json").json()

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from tests.support.json_forms import fit
+from tests.support.node_process import line_of
 from tests.support.probe_process import ProbeProcess, names
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import Answer, eventually, going_on, launcher
@@ -106,9 +107,8 @@ def test_a_static_publisher_until_it_is_stopped(tf, robot):
     words = ("--x", "-1.5", "--yaw", "0.5", "--frame-id", "laser", "--child-frame-id", "tip")
     command = [sys.executable, "-m", "launcher", "tf", "static", *words]
     with subprocess.Popen(command, env=robot, stderr=subprocess.PIPE, text=True) as publisher:
-        assert publisher.stderr is not None
         try:
-            printed = [publisher.stderr.readline() for _ in range(4)]
+            printed = [line_of(publisher.stderr) for _ in range(4)]
             answer = tf("echo", "map", "tip", "--once", "--json")
         finally:
             publisher.send_signal(signal.SIGTERM)
@@ -130,8 +130,7 @@ def test_a_static_publisher_until_it_is_stopped(tf, robot):
 def test_an_interruption_is_the_usual_end(robot, words):
     command = [sys.executable, "-m", "launcher", "tf", *words.split()]
     with subprocess.Popen(command, env=robot, stdout=subprocess.PIPE, text=True) as verb:
-        assert verb.stdout is not None
-        assert verb.stdout.readline().startswith(("At time ", "Gathering data on map -> laser"))
+        assert line_of(verb.stdout).startswith(("At time ", "Gathering data on map -> laser"))
         verb.send_signal(signal.SIGINT)
         verb.communicate(timeout=60)
 
