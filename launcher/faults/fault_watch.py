@@ -188,7 +188,7 @@ def _serve_change(
         if "error" in answer:
             exchange.fail(BadCallError("wrong-state", answer["error"]))
         else:
-            exchange.reply({"faults": [answer["fault"]]}, [_line(answer["fault"])])
+            exchange.reply({"faults": [answer["answer"]]}, [_line(answer["answer"])])
 
     watch.change(change, name, more, done)
 

@@ -32,8 +32,8 @@ def settings_of(run: Run) -> dict[str, Any]:
         "socket": run.socket,
         "run_folder": run.log_dir,
         "launch_file": run.launched.target,
+        "arguments": list(run.launched.arguments),
         "expect": run.options.expect or _beside(run),
-        "hosts": run.options.hosts,
     }
 
 

@@ -70,6 +70,12 @@ class Evaluator:
             raise NotYetError  # closed meanwhile
         return [known[id(one)][1] for one in contents]
 
+    def forget(self) -> None:
+        """Forget the results, not what was refused: nobody asks for these contents again."""
+        with self._lock:
+            for known in self._known.values():
+                known.clear()
+
     def _in_thread(self, work: Callable[[], None], patience_s: float | None) -> None:
         """An interrupt ends the waiting, and not what the process is asked; NotYetError."""
         if not self._lock.acquire(timeout=-1 if patience_s is None else patience_s):

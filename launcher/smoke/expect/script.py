@@ -111,6 +111,10 @@ class Script:
             if e.kind == "process" and (e.get("exits") is not None or e.get("alive") is False)
         )
 
+    def with_expectations(self, expectations: Iterable[Expectation]) -> Script:
+        """The same with these in place of its own."""
+        return replace(self, expectations=tuple(expectations))
+
     def completed(self) -> Script:
         """With unique names, and with the expectation of every run."""
         deaths = Expectation(

@@ -163,6 +163,18 @@ class FactRecorder:
                 ending=self._ending,
             )
 
+    def take(self) -> Facts:
+        """What is new since the last call; `answers` are the last ones of each key."""
+        with self._changed:
+            found = self.facts()
+            for observed in self._observed.values():
+                observed.clear()
+            self._samples.clear()
+            self._sorted = ()
+            self._answers = {key: answers[-1:] for key, answers in self._answers.items()}
+            self._troubles.clear()
+            return found
+
     def wait_for(
         self, fact: Callable[[Facts], T | None], within_s: float, *, poll_s: float = 0.5
     ) -> T | None:

@@ -1,0 +1,126 @@
+"""Incidents: faults that have one cause, or that follow from another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from launcher.faults.causes.cause import MACHINE, Cause
+from launcher.faults.model.fault import Fault
+from launcher.faults.watcher.story import Story
+
+TOGETHER_S = 2.0  # after an incident is over, what follows from it may still be seen
+DERIVED = ("restart", "death", "request")  # rules whose causes explain others of the same process
+
+
+@dataclass(slots=True)
+class Incident:
+    """The first of `faults` is the root; `closed_s` is when all of them were healed."""
+
+    number: int
+    opened_s: float
+    faults: list[Fault]
+    causes: list[Cause] = field(default_factory=list)
+    closed_s: float | None = None
+
+    @property
+    def root(self) -> Fault:
+        return self.faults[0]
+
+    @property
+    def title(self) -> str:
+        return self.root.cause or self.root.finding.seen
+
+    def about(self) -> set[str]:
+        """What its causes and its root are about."""
+        names = {name for cause in self.causes for name in cause.about}
+        return names | {*self.root.finding.processes, *self.root.finding.nodes}
+
+
+class Grouping:
+    """Puts each fault that is confirmed into an incident; numbers begin with `first`."""
+
+    def __init__(self, first: int = 1) -> None:
+        self._next = first
+        self.incidents: list[Incident] = []
+
+    def join(self, fault: Fault, cause: Cause | None, story: Story) -> tuple[Incident, bool]:
+        """(its incident, whether that is new); `fault` gets the number, and what it follows."""
+        for incident in reversed(self._recent(fault)):
+            if incident.root is not fault and _belongs(fault, cause, incident, story):
+                self._add(incident, fault, cause)
+                return incident, False
+        incident = Incident(number=self._next, opened_s=fault.life.first_s, faults=[fault])
+        self._next += 1
+        self.incidents.append(incident)
+        fault.incident, fault.follows = incident.number, None
+        if cause is not None:
+            incident.causes.append(cause)
+        return incident, True
+
+    def revise(self, fault: Fault, cause: Cause, story: Story) -> tuple[Incident, bool]:
+        """Join anew with a better cause, unless others have followed it into its incident."""
+        old = self.of(fault.incident)
+        if old is not None and old.root is fault and len(old.faults) == 1:
+            for incident in reversed(self._recent(fault)):
+                if incident is not old and _belongs(fault, cause, incident, story):
+                    self.incidents.remove(old)
+                    self._add(incident, fault, cause)
+                    return incident, False
+        if old is None:
+            return self.join(fault, cause, story)
+        old.causes.insert(0 if old.root is fault else len(old.causes), cause)
+        return old, False
+
+    def _recent(self, fault: Fault) -> list[Incident]:
+        """Those that were open when it was first seen, or a moment before."""
+        first_s = fault.life.first_s
+        return [
+            one
+            for one in self.incidents
+            if one.closed_s is None or first_s - one.closed_s < TOGETHER_S
+        ]
+
+    def _add(self, incident: Incident, fault: Fault, cause: Cause | None) -> None:
+        if fault not in incident.faults:
+            incident.faults.append(fault)
+        incident.closed_s = None
+        fault.incident, fault.follows = incident.number, incident.root.id
+        if cause is not None and cause.key not in [one.key for one in incident.causes]:
+            incident.causes.append(cause)
+
+    def closed(self, now_s: float) -> Iterable[Incident]:
+        """The incidents that are over since the last call: all their faults are healed."""
+        for incident in self.incidents:
+            if incident.closed_s is None and not any(f.is_active for f in incident.faults):
+                incident.closed_s = now_s
+                yield incident
+
+    def of(self, number: int | None) -> Incident | None:
+        return next((one for one in self.incidents if one.number == number), None)
+
+
+def _belongs(fault: Fault, cause: Cause | None, incident: Incident, story: Story) -> bool:
+    """Whether they have a cause in common, or the fault is about what depends on the root."""
+    known = incident.causes
+    if cause is not None and cause.key in [one.key for one in known]:
+        return True
+    if any(MACHINE in one.about and one.rule == "clock step" for one in known):
+        return cause is None or cause.is_weak
+    if cause is not None and cause.rule in DERIVED and cause.about & incident.about():
+        return True
+    return (cause is None or cause.is_weak) and _depends(fault, incident, story)
+
+
+def _depends(fault: Fault, incident: Incident, story: Story) -> bool:
+    """Whether it is about the processes of the incident, or about those that hear from them."""
+    about = incident.about()
+    mine = {*fault.finding.processes, *fault.finding.nodes}
+    if mine & about:
+        return True
+    topics = story.published_by(about) | {n for n in about if n.startswith("/")}
+    topics |= set(incident.root.finding.topics)
+    if set(fault.finding.topics) & topics:
+        return True
+    hearing = story.subscribers(topics)
+    return bool(hearing & mine) or bool(set(story.processes_of(hearing)) & mine)

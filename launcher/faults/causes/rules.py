@@ -1,0 +1,334 @@
+"""The rules, from those that explain all faults to those that explain one.
+
+Each has the fault and the story of the last minutes, and returns a cause or None. A cause comes
+before its fault; `first_s` is when the fault was first seen, which may be a moment before the
+cause was: lines, events and messages arrive by different ways.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from launcher.base.document.quantities import seconds_text
+from launcher.base.model.run_event import RunEvent, exit_text
+from launcher.base.model.run_events import Asked, Ended, NotStarted, Started
+from launcher.base.text import several
+from launcher.faults.causes.cause import MACHINE, Cause
+from launcher.faults.checks.implied import LOW_BYTES, LOW_SHARE, mismatch_text
+from launcher.faults.model.fault import Fault
+from launcher.faults.watcher.story import Story
+from launcher.smoke.observe.facts import ProcessEvent
+
+BEFORE_S = 12.0  # a cause is at most so much earlier
+AFTER_START_S = 5.0  # so long after a start a fault may be due to it: discovery, windows of rates
+LATER_S = 2.5  # and is seen at most so much later
+CLOCK_S = 6.0
+STARVED = 0.5  # of the time some task waited for a processor,
+DELAYED = 0.1  # and the main thread of the process in question so much of it
+BUSY_PERCENT = 90.0  # of a core
+SLOWED = 0.15  # of the looks at a process found it suspended
+PRESSURE_S = 3.0
+OF_TIME = ("rate", "gap", "latency")  # kinds that depend on processor time
+
+Rule = Callable[[Fault, Story], "Cause | None"]
+
+
+def clock_step(fault: Fault, story: Story) -> Cause | None:
+    """The clock was set: times, timers and stamps are wrong before and behind it."""
+    if fault.origin.kind not in (*OF_TIME, "clock"):
+        return None
+    step = story.clock_step(fault.life.first_s - CLOCK_S)
+    if step is None or step[0] > fault.life.last_s + LATER_S:
+        return None
+    at_s, by_s = step
+    text = f"the clock of this machine was set {'forward' if by_s > 0 else 'back'}"
+    return Cause(
+        rule="clock step",
+        text=f"{text} by {abs(by_s):.3g} s",
+        at_s=at_s,
+        about=frozenset({MACHINE}),
+    )
+
+
+def full_disk(fault: Fault, story: Story) -> Cause | None:
+    """The disk of the log files is full: programs fail to write, and may end."""
+    if fault.origin.kind not in ("disk", "no deaths", "no_errors", "no_tracebacks", "log"):
+        return None
+    full = [
+        sample
+        for sample in story.machine
+        if sample.at_s >= fault.life.first_s - BEFORE_S
+        and sample.free_bytes is not None
+        and sample.size_bytes
+        and sample.free_bytes < min(LOW_BYTES, LOW_SHARE * sample.size_bytes)
+    ]
+    if not full:
+        return None
+    says_so = any("No space left" in line or "ENOSPC" in line for line in fault.lines)
+    if fault.origin.kind != "disk" and not says_so:
+        return None
+    return Cause(
+        rule="full disk",
+        text="the disk of the log files is full",
+        at_s=full[0].at_s,
+        about=frozenset({MACHINE}),
+    )
+
+
+def lost_link(fault: Fault, story: Story) -> Cause | None:
+    """The host of a process cannot be reached."""
+    for host, event in story.lost_hosts().items():
+        here = [str(row["name"]) for row in story.rows if row.get("host") == host]
+        is_of_host = fault.id == f"reachable: {host}" or set(here) & set(fault.finding.processes)
+        if is_of_host and event.at_s <= fault.life.last_s + LATER_S:
+            why = f" ({event.event.reason})" if event.event.reason else ""
+            text = f"the link to host {host} is down{why}"
+            return Cause(rule="lost link", text=text, at_s=event.at_s, about=frozenset({host}))
+    return None
+
+
+def request_of_a_user(fault: Fault, story: Story) -> Cause | None:
+    """A user has stopped or paused the process."""
+    for name in fault.finding.processes:
+        row = story.row(name)
+        asked = [e for e in story.of(Asked, name) if e.event.verb in ("stop", "kill", "pause")]
+        if not asked or row is None or asked[-1].at_s > fault.life.first_s + LATER_S:
+            continue
+        verb = asked[-1].event.verb
+        if (verb == "pause") == bool(row["paused"]) and (verb == "pause" or row["pid"] is None):
+            done = {"stop": "stopped", "kill": "killed", "pause": "paused"}[verb]
+            return Cause(
+                rule="request",
+                text=f"a user has {done} {name}",
+                at_s=asked[-1].at_s,
+                about=frozenset({name}),
+            )
+    return None
+
+
+def death(fault: Fault, story: Story) -> Cause | None:
+    """A process has died, or could not be started, and is what the fault is about."""
+    for name, at_s, text in _deaths(fault, story):
+        row = story.row(name)
+        is_again = row is not None and row["state"] == "RUNNING"
+        more = ", and was started again" if is_again and fault.origin.kind != "no deaths" else ""
+        return Cause(
+            rule="death",
+            text=f"{name} {text}{more}",
+            at_s=at_s,
+            about=frozenset({name}),
+        )
+    return None
+
+
+def _deaths(fault: Fault, story: Story) -> Iterator[tuple[str, float, str]]:
+    """(process, time, text) of the last deaths that come before the fault, the newest first."""
+    names = set(fault.finding.processes)
+    latest_s = fault.life.first_s + LATER_S
+    for event in reversed(story.events):
+        if event.process not in names or not event.event.is_failure or event.at_s > latest_s:
+            continue
+        if _is_over(event, fault, story):
+            continue
+        if isinstance(event.event, Ended):
+            yield str(event.process), event.at_s, f"died ({exit_text(event.event.returncode)})"
+        elif isinstance(event.event, NotStarted):
+            yield str(event.process), event.at_s, f"could not be started: {event.event.reason}"
+
+
+def _is_over(death: ProcessEvent[RunEvent], fault: Fault, story: Story) -> bool:
+    """Whether the process had been running again for some time when the fault was first seen."""
+    starts = story.of(Started, death.process, death.at_s)
+    return bool(starts) and fault.life.first_s > starts[0].at_s + AFTER_START_S
+
+
+def suspension(fault: Fault, story: Story) -> Cause | None:
+    """A process is suspended by a signal, all the time or again and again."""
+    for name in fault.finding.processes:
+        row = story.row(name)
+        if row is None or row["pid"] is None or row.get("host") is not None:
+            continue
+        pid = row["pid"]
+        share = story.stops.share(pid)
+        if story.stops.is_stopped(pid):
+            text = f"{name} is suspended (SIGSTOP)"
+            return Cause(
+                rule="suspension", text=text, at_s=fault.life.first_s, about=frozenset({name})
+            )
+        if share >= SLOWED:
+            text = f"{name} is suspended again and again, {share:.0%} of the time: it is slow"
+            return Cause(
+                rule="slow process", text=text, at_s=fault.life.first_s, about=frozenset({name})
+            )
+    return None
+
+
+def double_node(fault: Fault, story: Story) -> Cause | None:
+    """Two nodes have one name: both publish, both answer."""
+    document = story.document
+    double = {
+        node["name"]
+        for node in document.get("nodes", ())
+        if node.get("count", 1) > 1 and node["name"] in fault.finding.nodes
+    }
+    if not double or fault.origin.kind in ("no deaths", "qos", "QoS"):
+        return None
+    name = min(double)
+    text = f"there are several nodes {name}: a program was started twice"
+    return Cause(rule="double node", text=text, at_s=fault.life.first_s, about=frozenset({name}))
+
+
+def qos_mismatch(fault: Fault, story: Story) -> Cause | None:
+    """QoS keeps endpoints apart, perhaps since a restart."""
+    topics = set(fault.finding.topics)
+    if fault.origin.kind == "rate" and fault.finding.value not in (0.0, None):
+        return None  # something arrives
+    for one in story.document.get("mismatches", ()):
+        if one["topic"] not in topics:
+            continue
+        nodes = [*one["publishers"], one["subscription"]]
+        restarts = [
+            event
+            for name in story.processes_of(nodes)
+            for event in story.of(Started, name, fault.life.first_s - BEFORE_S)
+            if story.first_start_s(name) != event.at_s
+        ]
+        since = f" since the restart of {restarts[-1].process}" if restarts else ""
+        return Cause(
+            rule="QoS",
+            text=f"{mismatch_text(one)}{since}",
+            at_s=restarts[-1].at_s if restarts else fault.life.first_s,
+            about=frozenset({one["topic"]}),
+        )
+    return None
+
+
+def restart(fault: Fault, story: Story) -> Cause | None:
+    """A process was restarted: what it publishes pauses meanwhile."""
+    for name in fault.finding.processes:
+        starts = [
+            event
+            for event in story.of(Started, name, fault.life.first_s - AFTER_START_S)
+            if event.at_s <= fault.life.first_s + LATER_S
+            and (event.event.restarts or story.first_start_s(name) != event.at_s)
+        ]
+        if starts and fault.origin.kind not in ("memory", "cpu"):
+            ago_s = max(0.0, fault.life.first_s - starts[-1].at_s)
+            text = f"{name} was restarted {seconds_text(ago_s)} before"
+            return Cause(rule="restart", text=text, at_s=starts[-1].at_s, about=frozenset({name}))
+    return None
+
+
+def starvation(fault: Fault, story: Story) -> Cause | None:
+    """The process waits for a processor: what is late is late for that."""
+    if fault.origin.kind not in (*OF_TIME, "responds"):
+        return None
+    share = story.pressure("cpu", min(fault.life.first_s, story.now_s - PRESSURE_S))
+    if share is None or share < STARVED:
+        return None
+    rows = [row for row in story.rows if row["name"] in fault.finding.processes]
+    waits = [story.delays.share(r["pid"]) or 0.0 for r in rows if r["pid"] is not None]
+    if not any(wait >= DELAYED for wait in waits):
+        return None  # others do
+    return Cause(
+        rule="starvation",
+        text=f"programs wait for a processor {share:.0%} of the time{_busiest(story)}",
+        at_s=fault.life.first_s,
+        about=frozenset({MACHINE}),
+    )
+
+
+def _busiest(story: Story) -> str:
+    """The process of the run that uses most, if that is much."""
+    loads = {str(row["name"]): row["cpu_percent"] or 0.0 for row in story.rows}
+    name = max(loads, key=lambda name: loads[name], default="")
+    return (
+        f"; of this run {name} uses most, {loads[name]:.0f} % of a core"
+        if loads.get(name, 0) > 50
+        else ""
+    )
+
+
+def busy_process(fault: Fault, story: Story) -> Cause | None:
+    """The process uses all of a core, which is all that Python can use."""
+    for name in fault.finding.processes:
+        loads = [cpu for at_s, cpu, _ in story.samples.get(name, ()) if cpu is not None][-3:]
+        if len(loads) == 3 and sum(loads) / 3 >= BUSY_PERCENT:
+            text = f"{name} is busy: {sum(loads) / 3:.0f} % of a core"
+            return Cause(
+                rule="busy process", text=text, at_s=fault.life.first_s, about=frozenset({name})
+            )
+    return None
+
+
+def growth(fault: Fault, story: Story) -> Cause | None:
+    """The memory of a process grows."""
+    if fault.origin.kind != "memory" or not fault.finding.processes:
+        return None
+    name = fault.finding.processes[0]
+    text = f"the memory of {fault.finding.seen}" if "grown" in fault.finding.seen else ""
+    text = text or f"{name} needs more memory than expected"
+    text = f"{text}: it seems to leak" if "grown" in fault.finding.seen else text
+    return Cause(rule="growth", text=text, at_s=fault.life.first_s, about=frozenset({name}))
+
+
+def wrong_value(fault: Fault, story: Story) -> Cause | None:
+    """A value is not as expected, and the process that has it runs."""
+    if fault.origin.kind not in ("parameter", "message"):
+        return None
+    who = several(fault.finding.nodes) or "a node"
+    what = "has another value" if fault.origin.kind == "parameter" else "publishes wrong values"
+    text = f"{who} {what}: {fault.finding.seen}"
+    about = frozenset(fault.finding.processes or fault.finding.nodes)
+    return Cause(rule="wrong value", text=text, at_s=fault.life.first_s, about=about)
+
+
+def own_rate(fault: Fault, story: Story) -> Cause | None:
+    """The publisher runs, the machine has time: it publishes less, or more, by itself."""
+    names = [name for name in fault.finding.processes if story.is_running(name)]
+    if fault.origin.kind not in ("rate", "gap") or not names:
+        return None
+    topic = several(fault.finding.topics)
+    is_silent = not fault.finding.value if fault.origin.kind == "rate" else True
+    how = "publishes nothing" if is_silent else f"publishes {topic} at {fault.finding.seen}"
+    text = f"{several(names)} runs and {how}: nothing else is unusual"
+    return Cause(
+        rule="publisher",
+        text=text,
+        at_s=fault.life.first_s,
+        about=frozenset(names),
+        is_weak=True,
+    )
+
+
+def guess(fault: Fault, story: Story) -> Cause | None:
+    """What the judge of smoke supposes."""
+    text = fault.finding.guess
+    if text is None:
+        return None
+    about = frozenset((*fault.finding.processes, *fault.finding.topics))
+    return Cause(rule="guess", text=text, at_s=fault.life.first_s, about=about, is_weak=True)
+
+
+RULES: tuple[Rule, ...] = (
+    clock_step,
+    full_disk,
+    lost_link,
+    request_of_a_user,
+    suspension,
+    double_node,
+    qos_mismatch,
+    death,
+    restart,
+    busy_process,
+    starvation,
+    growth,
+    wrong_value,
+    guess,
+    own_rate,
+)
+
+
+def cause_of(fault: Fault, story: Story) -> Cause | None:
+    """That of the first rule that explains it."""
+    return next((found for rule in RULES if (found := rule(fault, story)) is not None), None)

@@ -1,0 +1,84 @@
+"""What all checks have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from launcher.faults.model.fault import FaultOrigin, Finding
+from launcher.faults.model.fault_life import Debounce
+from launcher.faults.watcher.story import Story
+from launcher.smoke.expect.expectation import Expectation
+
+GRACE_S = 15.0  # of a start, where the expectation names no time: discovery, and slow programs
+SETTLE_S = 10.0  # after a user has started, stopped or restarted a process
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """That a fault is seen now; `finding` None: it is not."""
+
+    origin: FaultOrigin
+    finding: Finding | None
+
+
+class Check:
+    """Looks again and again; `debounce` is of the faults that it finds.
+
+    What has held once counts from then on; before, only when its time has passed.
+    """
+
+    debounce = Debounce()
+
+    def look(self, story: Story) -> Iterator[Found]:
+        """Each fault that it decides on now, or None for one that is not there."""
+        raise NotImplementedError
+
+
+class ExpectationCheck(Check):
+    """The check of one expectation, with one fault."""
+
+    def __init__(self, expectation: Expectation, expected: str) -> None:
+        self.expectation = expectation
+        self.origin = FaultOrigin(
+            fault=expectation.name,
+            expectation=expectation.name,
+            kind=expectation.kind,
+            expected=expected,
+            place=str(expectation.origin),
+        )
+        self.debounce = debounce_of(expectation, self.debounce)
+        self.must_have_held = False  # before it counts
+        self._has_held = False
+
+    @property
+    def grace_s(self) -> float:
+        """How long it may take from the start of the watch until it holds."""
+        within = self.expectation.within
+        return GRACE_S if within is None else max(within.high, GRACE_S)
+
+    def look(self, story: Story) -> Iterator[Found]:
+        is_known, finding = self.judge(story)
+        if not is_known:
+            return
+        if finding is None:
+            self._has_held = True
+        elif not self._has_held and (self.must_have_held or story.now_s < self.grace_s):
+            return
+        yield Found(self.origin, finding)
+
+    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+        """(whether that is known now, what is wrong)."""
+        raise NotImplementedError
+
+
+def debounce_of(expectation: Expectation, usual: Debounce) -> Debounce:
+    """As its entries `confirm` and `heal` say, or as is usual."""
+    confirm, heal_s = expectation.get("confirm"), expectation.get("heal")
+    times = getattr(confirm, "times", None)
+    for_s = getattr(confirm, "for_s", None)
+    return Debounce(
+        confirm_s=usual.confirm_s if for_s is None else for_s,
+        times=usual.times if confirm is None else times,
+        heal_s=usual.heal_s if heal_s is None else heal_s,
+    )

@@ -1,0 +1,123 @@
+"""Whether an expectation holds in this moment, by the judges of smoke on the facts of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from launcher.faults.checks.check import ExpectationCheck
+from launcher.faults.model.fault import Finding
+from launcher.faults.model.fault_life import Debounce
+from launcher.faults.watcher.story import Story
+from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
+from launcher.smoke.judges import judge
+from launcher.smoke.observe.facts import Facts, QueryAnswer
+
+STALE_S = 5.0  # an answer that is older says nothing of now
+
+
+class GraphCheck(ExpectationCheck):
+    """Kinds about the ROS graph: it holds if it does in the last graph."""
+
+    debounce = Debounce(confirm_s=0.7, heal_s=3.0)
+
+    def __init__(self, expectation: Expectation) -> None:
+        # Whatever the time was until it had to hold: now it does, or does not.
+        self._now = replace(expectation, within=None, after=START)
+        self._holds = Decision.OPEN if expectation.get("absent") else Decision.MET
+        super().__init__(expectation, judge(self._now, Facts()).expected)
+
+    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+        graph = story.graph
+        if graph is None:
+            return False, None
+        if self.expectation.kind == "node" and self.expectation.get("absent"):
+            return True, self._finding(story, self._verdict(story))
+        verdict = self._verdict(story)
+        return True, None if verdict.outcome is self._holds else self._finding(story, verdict)
+
+    def _verdict(self, story: Story) -> Verdict:
+        assert story.graph is not None
+        seen = replace(story.graph, at_s=story.now_s)
+        names = {row["name"]: tuple(row["node_names"]) for row in story.rows}
+        facts = Facts(
+            now_s=story.now_s,
+            graphs=(seen,),
+            events=tuple(story.events),
+            steps={START: story.now_s},
+            node_names=names,
+        )
+        return judge(self._now, facts)
+
+    def _finding(self, story: Story, verdict: Verdict) -> Finding | None:
+        if verdict.outcome is self._holds:
+            return None
+        subject = str(self.expectation.subject)
+        if self.expectation.kind == "node":
+            processes = story.processes_of([subject])
+            nodes: tuple[str, ...] = (subject,)
+            topics: tuple[str, ...] = ()
+        else:
+            nodes = story.publishers(subject)
+            processes, topics = story.processes_of(nodes), (subject,)
+        return Finding(
+            seen=verdict.seen.replace("never; known", "it is not there; known"),
+            processes=processes,
+            nodes=nodes,
+            topics=topics,
+            guess=verdict.guess,
+        )
+
+
+class AnswerCheck(ExpectationCheck):
+    """A parameter, by the last answer of its node, which `parameter_watch` asks for."""
+
+    debounce = Debounce(confirm_s=1.0, heal_s=2.0)
+
+    def __init__(self, expectation: Expectation) -> None:
+        self._now = replace(expectation, within=None, after=START)
+        super().__init__(expectation, judge(self._now, Facts()).expected)
+        self._last: QueryAnswer | None = None
+
+    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+        answers = story.facts.answers.get(self.expectation.key, ())
+        if answers:
+            self._last = answers[-1]
+        if self._last is None or story.now_s - self._last.at_s > STALE_S:
+            return False, None
+        facts = Facts(
+            now_s=story.now_s,
+            answers={self.expectation.key: (replace(self._last, at_s=story.now_s),)},
+            steps={START: story.now_s},
+        )
+        verdict = judge(self._now, facts)
+        if verdict.outcome is Decision.MET:
+            return True, None
+        if self._last.error is not None:
+            return False, None  # whether the node is there is another question
+        node = str(self.expectation.get("node"))
+        return True, Finding(
+            seen=verdict.seen, nodes=(node,), processes=story.processes_of([node]), message=None
+        )
+
+
+class ProcessCheck(ExpectationCheck):
+    """A process that is expected to run: it does, or will after a restart in a moment."""
+
+    debounce = Debounce(confirm_s=1.0, heal_s=2.0)
+
+    def __init__(self, expectation: Expectation) -> None:
+        super().__init__(expectation, f"process {expectation.subject} runs")
+
+    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+        from launcher.smoke.observe.facts import matches
+
+        pattern = str(self.expectation.subject)
+        rows = [r for r in story.rows if matches(pattern, r["name"], tuple(r["node_names"]))]
+        if not rows:
+            return False, None
+        bad = [row for row in rows if row["state"] not in ("RUNNING", "STARTING")]
+        if not bad:
+            return True, None
+        names = tuple(str(row["name"]) for row in bad)
+        text = ", ".join(f"{row['name']} is {row['state'].lower()}" for row in bad)
+        return True, Finding(seen=text, processes=names)

@@ -1,0 +1,243 @@
+"""What is known of the last minutes of a run: what checks and causes are decided by."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from launcher.base.model.run_event import RunEvent
+from launcher.base.model.run_events import Asked, Ended, LinkChanged, Started
+from launcher.faults.watcher.machine_facts import DelayWatch, MachineSample, StopWatch
+from launcher.ros.snapshot.ros_graph import Endpoint
+from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, ProcessEvent, label_of
+
+E = TypeVar("E", bound=RunEvent)
+
+KEEP_S = 300.0  # of events
+KEEP_ARRIVALS = 4000  # of one topic
+KEEP_LINES = 3000
+KEEP_SAMPLES = 300  # of one process, a second each
+KEEP_GRAPHS = 60
+KEEP_MACHINE = 1200  # ten a second... at most
+LAST_LINES = 5
+
+Row = Mapping[str, Any]
+
+
+@dataclass(slots=True)
+class Arrivals:
+    """When messages of a topic came: received and sent in time of the run, delays in seconds.
+
+    A delay is from the stamp of the header, or from the publisher's time, to the reception.
+    """
+
+    received: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
+    sent: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
+    delays: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
+    first_s: float | None = None
+
+    def sent_since(self, from_s: float) -> list[float]:
+        """Sorted, from this time on."""
+        return sorted(_since(self.sent, from_s))
+
+    def delays_since(self, from_s: float) -> list[float]:
+        found = []
+        for at_s, delay_s in reversed(self.delays):
+            if at_s < from_s:
+                break
+            found.append(delay_s)
+        return found
+
+
+def _since(times: deque[float], from_s: float) -> Iterator[float]:
+    for at_s in reversed(times):
+        if at_s < from_s - 1.0:  # they come nearly in order
+            break
+        if at_s >= from_s:
+            yield at_s
+
+
+class Story:
+    """All `at_s` are in time of the run. `wants_pids`: processes to look at closely."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+        self.events: deque[ProcessEvent[RunEvent]] = deque(maxlen=5000)
+        self.rows: Sequence[Row] = ()
+        self.rows_s = 0.0  # when they were answered
+        self.lines: deque[LogLine] = deque(maxlen=KEEP_LINES)
+        self.graph: GraphSeen | None = None
+        self.graphs: deque[tuple[float, dict[str, Any]]] = deque(maxlen=KEEP_GRAPHS)
+        self.arrivals: dict[str, Arrivals] = {}
+        self.samples: dict[str, deque[tuple[float, float | None, int | None]]] = {}
+        self.machine: deque[MachineSample] = deque(maxlen=KEEP_MACHINE)
+        self.stops = StopWatch()
+        self.delays = DelayWatch()
+        self.facts = Facts()  # what is new since the last look
+        self.is_stopping = False
+        self._last_lines: dict[str, deque[LogLine]] = {}
+
+    def take(self, new: Facts) -> None:
+        """Add what is new."""
+        self.now_s, self.facts = new.now_s, new
+        for event in new.events:
+            self.events.append(event)
+        while self.events and self.events[0].at_s < self.now_s - KEEP_S:
+            self.events.popleft()
+        for line in new.lines:
+            self.lines.append(line)
+            if line.process is not None and line.plain.strip():
+                last = self._last_lines.setdefault(line.process, deque(maxlen=LAST_LINES))
+                last.append(line)
+        if new.graphs:
+            self.graph = new.graphs[-1]
+
+    def take_rows(self, rows: Sequence[Row], at_s: float) -> None:
+        """What `ps` has answered."""
+        self.rows, self.rows_s = rows, at_s
+        for row in rows:
+            if row["pid"] is not None:
+                found = self.samples.setdefault(row["name"], deque(maxlen=KEEP_SAMPLES))
+                found.append((at_s, row["cpu_percent"], row["rss_bytes"]))
+
+    def take_graph(self, document: dict[str, Any], at_s: float) -> None:
+        """A graph as the probe reports it."""
+        self.graphs.append((at_s, document))
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The last graph as the probe reports it; empty before the first."""
+        return self.graphs[-1][1] if self.graphs else {}
+
+    # ---- processes
+
+    def row(self, process: str) -> Row | None:
+        return next((row for row in self.rows if row["name"] == process), None)
+
+    def process_of(self, node: str) -> str | None:
+        """The process of a node by its full name: as the launch file says, or by its pid."""
+        for row in self.rows:
+            if node in row["node_names"]:
+                return str(row["name"])
+        pids = {one["name"]: one.get("pid") for one in self.document.get("nodes", ())}
+        pid = pids.get(node)
+        if pid is not None:
+            return next((str(r["name"]) for r in self.rows if r["pid"] == pid), None)
+        same = [r["name"] for r in self.rows if label_of(r["name"]) == node.rpartition("/")[2]]
+        return str(same[0]) if len(same) == 1 else None
+
+    def processes_of(self, nodes: Iterable[str]) -> tuple[str, ...]:
+        found = (self.process_of(node) for node in nodes)
+        return tuple(dict.fromkeys(name for name in found if name))
+
+    def of(
+        self, kind: type[E], process: str | None = None, since_s: float = -KEEP_S
+    ) -> list[ProcessEvent[E]]:
+        """The events of a type since then, oldest first, of one process or of all."""
+        return [
+            event  # type: ignore[misc]
+            for event in self.events
+            if isinstance(event.event, kind)
+            and process in (None, event.process)
+            and event.at_s >= since_s
+        ]
+
+    def last(self, kind: type[E], process: str) -> ProcessEvent[E] | None:
+        found = self.of(kind, process)
+        return found[-1] if found else None
+
+    def is_running(self, process: str) -> bool:
+        row = self.row(process)
+        return row is not None and row["state"] == "RUNNING"
+
+    def was_asked(self, process: str, within_s: float) -> bool:
+        """Whether a user, or the launch file, has requested its start or end in this time."""
+        since_s = self.now_s - within_s
+        asked = self.of(Asked, process, since_s) or self.of(Asked, None, since_s)
+        if any(event.process in (None, process) for event in asked):
+            return True
+        return any(end.event.asked for end in self.of(Ended, process, since_s))
+
+    def first_start_s(self, process: str) -> float | None:
+        """When it was first started, as far as that is remembered."""
+        starts = self.of(Started, process)
+        return starts[0].at_s if starts and starts[0].event.restarts == 0 else None
+
+    def lost_hosts(self) -> dict[str, ProcessEvent[LinkChanged]]:
+        """The hosts that cannot be reached now, with the event that says so."""
+        last = {event.event.host: event for event in self.of(LinkChanged)}
+        return {n: e for n, e in last.items() if e.event.state in ("unreachable", "gone")}
+
+    def last_lines(self, processes: Iterable[str]) -> tuple[str, ...]:
+        """The last lines of these, in order of time."""
+        found = [line for name in processes for line in self._last_lines.get(name, ())]
+        found.sort(key=lambda line: line.at_s)
+        return tuple(f"[{line.process}] {line.plain}" for line in found[-2 * LAST_LINES :])
+
+    # ---- the graph
+
+    def endpoints(self, topic: str) -> list[Endpoint]:
+        """Those of processes that run."""
+        if self.graph is None:
+            return []
+        ghosts = self.graph.snapshot.ghosts
+        return [e for e in self.graph.snapshot.on(topic) if e.node not in ghosts]
+
+    def publishers(self, topic: str) -> tuple[str, ...]:
+        """Nodes that publish it, now or at any time that is remembered, the present ones first."""
+        now = [e.node for e in self.endpoints(topic) if e.is_publisher]
+        before = (
+            e["node"]
+            for _, document in reversed(self.graphs)
+            for e in document.get("endpoints", ())
+            if e["topic"] == topic and e["direction"] == "publisher"
+        )
+        return tuple(dict.fromkeys([*now, *before]))
+
+    def subscribers(self, topics: Iterable[str]) -> set[str]:
+        """The nodes that subscribe to one of these."""
+        wanted = set(topics)
+        if self.graph is None:
+            return set()
+        ends = self.graph.snapshot.endpoints
+        return {e.node for e in ends if not e.is_publisher and e.topic in wanted}
+
+    def published_by(self, processes: Iterable[str]) -> set[str]:
+        """The topics that nodes of these processes publish, or have published."""
+        names = set(processes)
+        found: set[str] = set()
+        known: dict[str, bool] = {}
+        for _, document in self.graphs:
+            for end in document.get("endpoints", ()):
+                if end["direction"] != "publisher":
+                    continue
+                node = end["node"]
+                if node not in known:
+                    known[node] = self.process_of(node) in names
+                if known[node]:
+                    found.add(end["topic"])
+        return found
+
+    # ---- the machine
+
+    def clock_step(self, since_s: float) -> tuple[float, float] | None:
+        """(time, seconds) of the last step of the clock since then; a slow correction is none."""
+        found = None
+        before: MachineSample | None = None
+        for sample in self.machine:
+            if before is not None and sample.at_s >= since_s:
+                step_s = sample.clock_s - before.clock_s
+                if abs(step_s) >= CLOCK_STEP_S:
+                    found = sample.at_s, step_s
+            before = sample
+        return found
+
+    def pressure(self, resource: str, since_s: float) -> float | None:
+        """The mean since then, 0 to 1; None where the kernel does not say."""
+        found = [s.pressure[resource] for s in self.machine if s.at_s >= since_s and s.pressure]
+        return sum(found) / len(found) if found else None
+
+
+CLOCK_STEP_S = 0.1

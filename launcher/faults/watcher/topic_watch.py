@@ -1,0 +1,98 @@
+"""Messages of the topics that expectations are about, counted or received by the probe."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable
+from typing import Any
+
+from launcher.base.errors import LauncherError
+from launcher.faults.watcher.observations import Observations
+from launcher.faults.watcher.story import Arrivals, Story
+from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.observe.probe_client import ProbeClient
+from launcher.smoke.run.probe_requests import subscribed
+
+POLL_S = 0.25
+ANSWER_S = 5.0
+_COUNTED = ("rate", "gap", "latency")
+
+
+def _is_counted(one: Expectation) -> bool:
+    """Whether the times of its messages are enough."""
+    return one.kind in _COUNTED and not (one.get("where") or one.get("fields"))
+
+
+class TopicWatch:
+    """Polls the probe in a thread; `merge` adds what has come to the story.
+
+    `expectations` are those given, with the subscriptions that they need.
+    """
+
+    def __init__(
+        self, probe: ProbeClient, observations: Observations, expectations: Iterable[Expectation]
+    ) -> None:
+        self._probe = probe
+        self._observations = observations
+        given = [*expectations]
+        rest = iter([*subscribed(probe, (one for one in given if not _is_counted(one)))])
+        self.expectations = [one if _is_counted(one) else next(rest) for one in given]
+        self._topics = self._subscribe([one for one in given if _is_counted(one)])
+        self._lock = threading.Lock()
+        self._new: list[tuple[str, dict[str, Any], float]] = []
+        self._is_over = threading.Event()
+        if self._topics:
+            threading.Thread(target=self._poll, daemon=True, name="arrivals").start()
+
+    def _subscribe(self, counted: Iterable[Expectation]) -> dict[str, str]:
+        """Subscription -> topic."""
+        types: dict[str, str | None] = {}
+        for one in counted:
+            topic = str(one.subject)
+            types[topic] = types.get(topic) or one.get("type")
+        found = {}
+        for topic, type_ in types.items():
+            key = f"count {topic}"
+            self._probe.send(
+                "subscribe", sub=key, topic=topic, type=type_, qos=None, messages=False, stamps=True
+            )
+            found[key] = topic
+        return found
+
+    def _poll(self) -> None:
+        while not self._is_over.wait(POLL_S) and self._probe.is_alive:
+            try:
+                subs = self._probe.ask("arrivals", timeout_s=ANSWER_S)["subs"]
+            except LauncherError:
+                continue
+            # Both clocks now, as long as they fit the stamps.
+            offset_s = self._observations.wall_of(0.0)
+            with self._lock:
+                self._new += [(key, one, offset_s) for key, one in subs.items()]
+
+    def merge(self, story: Story) -> None:
+        """Add what has come since the last call."""
+        with self._lock:
+            new, self._new = self._new, []
+        for key, one, offset_s in new:
+            topic = self._topics.get(key)
+            if topic is not None and one.get("state") != "waiting":
+                self._add(story.arrivals.setdefault(topic, Arrivals()), one, offset_s)
+            elif topic is not None:
+                story.arrivals.setdefault(topic, Arrivals())
+
+    def _add(self, known: Arrivals, one: dict[str, Any], offset_s: float) -> None:
+        received = [self._observations.of_monotonic(at_s) for at_s in one["mono"]]
+        known.received.extend(received)
+        known.sent.extend(sent_s - offset_s for sent_s in one["sent"])
+        stamps = one.get("stamp") or one["sent"]
+        known.delays.extend(
+            (at_s, at_s - (stamp_s - offset_s))
+            for at_s, stamp_s in zip(received, stamps, strict=True)
+            if stamp_s is not None
+        )
+        if known.first_s is None and received:
+            known.first_s = received[0]
+
+    def close(self) -> None:
+        self._is_over.set()

@@ -1,0 +1,269 @@
+"""Has a run observed and judged, several times a second, until its end."""
+
+from __future__ import annotations
+
+import os
+import queue
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from launcher.base.model.run_events import Stopping
+from launcher.control.client import Connection
+from launcher.faults.checks.check import Check
+from launcher.faults.checks.live_checks import checks_of, watched
+from launcher.faults.model.fault import Fault
+from launcher.faults.watcher.fault_table import FaultTable
+from launcher.faults.watcher.incident_files import IncidentFiles
+from launcher.faults.watcher.machine_facts import MachineReader
+from launcher.faults.watcher.observations import Observations
+from launcher.faults.watcher.parameter_watch import ParameterWatch
+from launcher.faults.watcher.story import Story
+from launcher.faults.watcher.topic_watch import TopicWatch
+from launcher.posix.cleanup import RUN_ID_VARIABLE
+from launcher.smoke.expect.evaluator import EVALUATOR
+from launcher.smoke.expect.script import Script
+from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
+from launcher.smoke.observe.run_follower import RunFollower
+from launcher.smoke.preflight import loader
+
+TICK_S = 0.1  # processes that are suspended again and again are looked at so often
+LOOK_S = 0.2  # between two looks of the checks
+MACHINE_S = 0.5
+LINES = 100  # of before the watch began
+MAX_RATE = 500  # lines of one process in a second: more are counted only
+MANY_PIDS = 20  # more are looked at less often
+PROBE_LOG = "probe.log"
+MAX_STARTS = 3  # of the probe
+
+Say = Callable[..., object]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WatchSettings:
+    """What the launcher passes on.
+
+    `arguments` are those of the launch file, `expect` is the file of expectations, if there is one.
+    """
+
+    socket: str
+    run_folder: str | None
+    launch_file: str
+    arguments: tuple[str, ...] = ()
+    expect: str | None = None
+
+
+class Watching:
+    """`say` writes a line for the launcher; `requests` are its lines."""
+
+    def __init__(self, settings: WatchSettings, requests: queue.SimpleQueue[Any], say: Say) -> None:
+        self._settings = settings
+        self._requests = requests
+        self._say = say
+        self._observations = Observations()
+        self._rows: queue.SimpleQueue[Sequence[Mapping[str, Any]]] = queue.SimpleQueue()
+        self._graphs: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+        self._story = Story()
+        self._machine = MachineReader(settings.run_folder)
+        self._table = FaultTable(self._report)
+        self._probe: ProbeClient | None = None
+        self._probe_starts = 0
+        self._topics: TopicWatch | None = None
+        self._parameters: ParameterWatch | None = None
+        self._checks: list[Check] = []
+        self._is_over = False
+        self._look_s = self._machine_s = self._pids_s = 0.0
+
+    # ---- beginning
+
+    def run(self) -> None:
+        """Watch until the run is over; LauncherError for mistakes in the expectations."""
+        path = self._settings.expect
+        script = Script() if path is None else loader.load(path).completed()
+        with Connection(self._settings.socket) as connection:
+            hello = connection.hello
+        self._observations.begin()
+        follower = RunFollower(
+            lambda: Connection(self._settings.socket),
+            self._observations,
+            self._rows.put,
+            lines=LINES,
+            max_rate=MAX_RATE,
+        )
+        self._environment = _environment(hello["run"])
+        self._files = IncidentFiles(
+            self._settings.run_folder, _head(hello), self._observations.wall_of, self._note
+        )
+        self._script, left = watched(script)
+        self._say(left=[{"expectation": one.expectation, "why": one.why} for one in left])
+        self._checks = checks_of(self._script, self._settings.arguments)
+        self._start_probe()
+        try:
+            self._loop()
+        finally:
+            follower.end()
+            self._end()
+
+    def _start_probe(self) -> None:
+        """Observe ROS; without a probe, processes and lines are still watched."""
+        self._probe_starts += 1
+        folder = self._settings.run_folder
+        log = Path(os.devnull) if folder is None else Path(folder, PROBE_LOG)
+        try:
+            probe = ProbeClient(self._environment, self._observations, log, self._graphs.put)
+        except OSError as error:
+            self._note(f"ROS is not observed: {error.strerror or error}")
+            return
+        try:
+            probe.wait_until_ready()
+        except ProbeError as error:
+            probe.close()
+            self._note(f"ROS is not observed: {error.message}: {error.hint or 'no output'}")
+            return
+        self._probe = probe
+        self._topics = TopicWatch(probe, self._observations, self._script.expectations)
+        self._script = self._script.with_expectations(self._topics.expectations)
+        self._checks = checks_of(self._script, self._settings.arguments)
+        self._parameters = ParameterWatch(probe, self._observations, self._script.expectations)
+
+    # ---- the loop
+
+    def _loop(self) -> None:
+        next_s = time.monotonic()
+        while not self._is_over:
+            self._take_requests()
+            if not self._story.is_stopping:
+                self._tick()
+            next_s = max(next_s + TICK_S, time.monotonic() + TICK_S / 10)
+            time.sleep(max(0.0, next_s - time.monotonic()))
+
+    def _tick(self) -> None:
+        story, now_s = self._story, self._observations.now_s
+        self._take_states()
+        pids = [r["pid"] for r in story.rows if r["pid"] is not None and r.get("host") is None]
+        if now_s >= self._pids_s:
+            self._pids_s = now_s + TICK_S * max(1, len(pids) // MANY_PIDS)
+            story.stops.look(pids)
+        if now_s >= self._machine_s:
+            self._machine_s = now_s + MACHINE_S
+            story.machine.append(self._machine.sample(now_s))
+            story.delays.look(pids)
+        if now_s >= self._look_s:
+            begin_s = time.monotonic()
+            self._look()
+            took_s = time.monotonic() - begin_s
+            self._look_s = now_s + max(LOOK_S, 20 * took_s)  # 5 % of a processor at most
+        if self._probe is not None and not self._probe.is_alive:
+            self._restart_probe()
+
+    def _take_states(self) -> None:
+        now_s = self._observations.now_s
+        while not self._rows.empty():
+            self._story.take_rows(self._rows.get(), now_s)
+        while not self._graphs.empty():
+            document = self._graphs.get()
+            self._story.take_graph(document, self._observations.of_monotonic(document["mono"]))
+            if self._parameters is not None:
+                self._parameters.see(node["name"] for node in document["nodes"])
+
+    def _look(self) -> None:
+        story = self._story
+        story.take(self._observations.take())
+        if any(isinstance(event.event, Stopping) for event in story.facts.events):
+            story.is_stopping = True
+            return
+        for trouble in story.facts.troubles:
+            if trouble.startswith("cannot subscribe"):
+                self._note(trouble)
+        if self._topics is not None:
+            self._topics.merge(story)
+        for check in self._checks:
+            for found in check.look(story):
+                self._table.take(check, found, story)
+        self._table.end_mutes()
+        for incident, _ in self._table.decide(story):
+            self._files.opened(incident, story)
+        for incident in self._table.closed(story.now_s):
+            self._files.closed(incident, story)
+        self._files.refresh(self._table.incidents, story)
+
+    def _restart_probe(self) -> None:
+        self._close_probe()
+        self._story.arrivals.clear()
+        if self._probe_starts < MAX_STARTS:
+            self._note("the ROS probe has ended; it is started again")
+            self._start_probe()
+        else:
+            self._note("the ROS probe has ended again; ROS is not observed any more")
+
+    # ---- requests and reports
+
+    def _take_requests(self) -> None:
+        while not self._requests.empty():
+            request = self._requests.get()
+            match request.get("do"):
+                case "stop":
+                    self._story.is_stopping = True
+                case "end":
+                    self._is_over = True
+                case what:
+                    self._answer(what, request)
+
+    def _answer(self, what: str, request: Mapping[str, Any]) -> None:
+        name, reason = request["fault"], request.get("reason")
+        try:
+            if what == "acknowledge":
+                fault = self._table.acknowledge(name, reason)
+            elif what == "mute":
+                for_s = request.get("for_s")
+                until_s = None if for_s is None else time.time() + for_s
+                fault = self._table.mute(name, reason, until_s)
+            else:
+                fault = self._table.unmute(name)
+        except KeyError:
+            self._say(id=request["id"], error=f"no fault '{name}'")
+        else:
+            self._say(id=request["id"], answer=fault.document(self._observations.wall_of))
+
+    def _report(self, fault: Fault, change: str) -> None:
+        self._say(fault=fault.document(self._observations.wall_of), change=change)
+
+    def _note(self, text: str) -> None:
+        self._say(note=text)
+
+    # ---- the end
+
+    def _close_probe(self) -> None:
+        for part in (self._topics, self._parameters):
+            if part is not None:
+                part.close()
+        probe, self._probe = self._probe, None
+        if probe is not None:
+            probe.close()
+
+    def _end(self) -> None:
+        """Write the incidents that are open, and end what was started."""
+        closing = threading.Thread(target=self._close_probe, daemon=True)
+        closing.start()
+        for incident in self._table.incidents:
+            if incident.closed_s is None:
+                self._files.closed(incident, self._story)
+        EVALUATOR.close()
+        closing.join()
+
+
+def _environment(run: Mapping[str, Any]) -> dict[str, str]:
+    """Of the probe: it sees what the nodes of the run see."""
+    env = {**os.environ, **run.get("discovery", {})}
+    if run.get("domain_id") is not None:
+        env["ROS_DOMAIN_ID"] = str(run["domain_id"])
+    env.pop(RUN_ID_VARIABLE, None)
+    return env
+
+
+def _head(hello: Mapping[str, Any]) -> dict[str, Any]:
+    run = {name: value for name, value in hello["run"].items() if name != "processes"}
+    return {"run": run, "launcher": hello["launcher"], "ros": hello["ros"]}
