@@ -109,7 +109,7 @@ _TABLE = (
     (
         "foxglove",
         LOOK,
-        "launcher.foxglove.verb",
+        "launcher.ros.foxglove.verb",
         "show the ROS graph to Foxglove and to Lichtblick",
     ),
     (
@@ -149,7 +149,7 @@ VERBS = {name: help for name, _, _, help in _TABLE}
 _MODULES = {name: module for name, _, module, _ in _TABLE}
 
 # Verbs about a ROS graph.
-_OF_ROS = ("launcher.ros.", "launcher.bag.", "launcher.foxglove.")
+_OF_ROS = ("launcher.ros.", "launcher.bag.")
 ROS_VERBS = tuple(name for name, module in _MODULES.items() if module.startswith(_OF_ROS))
 
 # Modules of wings that serve the core: `enable(request, options)` and `disable` of a launch, and

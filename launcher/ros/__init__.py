@@ -1,7 +1,7 @@
 """A running ROS graph: reading, drawing, testing and using it.
 
-May import the core and no other wing. With `bag` and `foxglove`, the only room that imports rclpy:
-the supervisor never does, since rclpy brings threads and signal handlers.
+May import the core and no other wing. With `bag`, the only room that imports rclpy: the
+supervisor never does, since rclpy brings threads and signal handlers.
 
 Doors:
 
@@ -20,5 +20,6 @@ Folders:
   (`message_schema`).
 * `topics/`: listing, echo, publishing, statistics of topics.
 * `tf/`: transforms between frames, without tf2.
+* `foxglove/`: the verb `foxglove`, a server for Foxglove and Lichtblick.
 * `draw/`: the graph as a tree, DOT and Mermaid; DOT is drawn by Graphviz as WebAssembly from PyPI.
 """

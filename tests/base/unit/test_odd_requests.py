@@ -9,8 +9,8 @@ import pytest
 
 from launcher.base.ros_errors import VerbError
 from launcher.control.protocol import RequestError, parse_request
-from launcher.foxglove.protocol import ProtocolError, parse_text
 from launcher.hosts.engine.frames import Frame, FrameError, FrameKind
+from launcher.ros.foxglove.protocol import ProtocolError, parse_text
 from launcher.ros.probe.protocol import ProbeRequest
 
 Parse = Callable[[str], Any]

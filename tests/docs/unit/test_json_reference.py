@@ -113,7 +113,7 @@ ELSEWHERE = {
     "doctor --report": "doctor/ros/test_report.py",
     "doctor --uninstall-list": "doctor/process/test_remains.py",
     "detach": "hosts/lab/test_attach.py",
-    "foxglove": "foxglove/ros/test_server.py",
+    "foxglove": "ros/ros/foxglove/test_server.py",
     **dict.fromkeys(("tf tree", "tf echo"), "bag/unit/test_transforms.py"),
     "tf monitor": "ros/ros/test_tf.py",
     "wait": "ros/process/test_wait.py",

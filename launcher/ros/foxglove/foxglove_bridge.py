@@ -13,18 +13,18 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from launcher.base import strict_json
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove import protocol
-from launcher.foxglove.catalogue import Catalogue
-from launcher.foxglove.client_session import ClientSession
-from launcher.foxglove.feeds import TopicFeeds, reason
-from launcher.foxglove.graph_view import Connections, Look, TopicChoice, look
-from launcher.foxglove.parameter_services import ParameterEvents, Parameters
-from launcher.foxglove.protocol import ProtocolError, ServiceCall
-from launcher.foxglove.publishing import Publication
-from launcher.foxglove.receiver import Receiver
-from launcher.foxglove.service_calls import ServiceCalls
 from launcher.packages.distribution import installed
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.foxglove import protocol
+from launcher.ros.foxglove.catalogue import Catalogue
+from launcher.ros.foxglove.client_session import ClientSession
+from launcher.ros.foxglove.feeds import TopicFeeds, reason
+from launcher.ros.foxglove.graph_view import Connections, Look, TopicChoice, look
+from launcher.ros.foxglove.parameter_services import ParameterEvents, Parameters
+from launcher.ros.foxglove.protocol import ProtocolError, ServiceCall
+from launcher.ros.foxglove.publishing import Publication
+from launcher.ros.foxglove.receiver import Receiver
+from launcher.ros.foxglove.service_calls import ServiceCalls
 from launcher.ros.messages.from_yaml import fill, stamp_all
 from launcher.ros.messages.interfaces import load
 from launcher.ros.messages.message_schema import schema_text

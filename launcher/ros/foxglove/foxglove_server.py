@@ -19,9 +19,9 @@ from launcher.posix.json_output import print_line
 from launcher.ros.verb import GraphAccess, observing, warn
 
 if TYPE_CHECKING:
-    from launcher.foxglove.foxglove_bridge import FoxgloveBridge
-    from launcher.foxglove.graph_view import TopicChoice
     from launcher.ros.discovery.observer import Observer
+    from launcher.ros.foxglove.foxglove_bridge import FoxgloveBridge
+    from launcher.ros.foxglove.graph_view import TopicChoice
 
 _MOST_MESSAGE_BYTES = 64 * 1024 * 1024  # of one message of a client
 _OPEN_S = 10.0  # for the handshake of a client
@@ -52,7 +52,7 @@ def serve(access: GraphAccess, options: ServerOptions) -> int:
 
 
 async def _serve(observer: Observer, options: ServerOptions) -> None:
-    from launcher.foxglove.foxglove_bridge import FoxgloveBridge
+    from launcher.ros.foxglove.foxglove_bridge import FoxgloveBridge
 
     def report(event: str, **fields: object) -> None:
         if options.json:
@@ -101,7 +101,7 @@ async def _listening(bridge: FoxgloveBridge, host: str, port: int) -> AsyncItera
     from websockets.asyncio.server import serve as websocket_server
     from websockets.typing import Subprotocol
 
-    from launcher.foxglove.protocol import SUBPROTOCOLS
+    from launcher.ros.foxglove.protocol import SUBPROTOCOLS
 
     logger = logging.getLogger(__name__)
     logger.addHandler(logging.NullHandler())  # handshakes that fail are the client's business

@@ -18,10 +18,10 @@ from rcl_interfaces.srv import (
 from rclpy.serialization import deserialize_message
 
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove.feeds import TopicFeeds
-from launcher.foxglove.service_calls import ServiceCalls
 from launcher.ros import parameter_values
 from launcher.ros import parameters as ros_parameters
+from launcher.ros.foxglove.feeds import TopicFeeds
+from launcher.ros.foxglove.service_calls import ServiceCalls
 from launcher.ros.verb import to_json_plain
 
 LIMIT_S = 2.0  # for the answer of a node

@@ -15,15 +15,15 @@ from websockets.exceptions import ConnectionClosed
 
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import typed_error
-from launcher.foxglove import protocol
-from launcher.foxglove.protocol import Channel, ClientData, ProtocolError, ServiceCall
+from launcher.ros.foxglove import protocol
+from launcher.ros.foxglove.protocol import Channel, ClientData, ProtocolError, ServiceCall
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-    from launcher.foxglove.foxglove_bridge import FoxgloveBridge
-    from launcher.foxglove.publishing import Publication
+    from launcher.ros.foxglove.foxglove_bridge import FoxgloveBridge
+    from launcher.ros.foxglove.publishing import Publication
 
 
 _MOST_TASKS = 100  # requests of a client that are not answered yet

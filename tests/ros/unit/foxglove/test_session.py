@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosedError
 
-from launcher.foxglove.client_session import ClientSession
+from launcher.ros.foxglove.client_session import ClientSession
 
 DEADLINE_S = 60.0
 

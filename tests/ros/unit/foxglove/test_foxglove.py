@@ -14,14 +14,14 @@ pytest.importorskip("rclpy")
 from rcl_interfaces.msg import ParameterEvent
 
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove import client_session, protocol
-from launcher.foxglove.catalogue import Catalogue
-from launcher.foxglove.client_session import ClientOutbox
-from launcher.foxglove.graph_view import Connections, TopicChoice, look
-from launcher.foxglove.parameter_services import changed_by, to_json, to_parameter
-from launcher.foxglove.protocol import ClientData, ProtocolError, ServiceCall
 from launcher.ros import parameter_values
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.foxglove import client_session, protocol
+from launcher.ros.foxglove.catalogue import Catalogue
+from launcher.ros.foxglove.client_session import ClientOutbox
+from launcher.ros.foxglove.graph_view import Connections, TopicChoice, look
+from launcher.ros.foxglove.parameter_services import changed_by, to_json, to_parameter
+from launcher.ros.foxglove.protocol import ClientData, ProtocolError, ServiceCall
 from launcher.ros.snapshot.ros_graph import Endpoint, EndpointInfo
 
 NOTHING = Connections()

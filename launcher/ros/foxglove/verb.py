@@ -28,8 +28,8 @@ def _foxglove(options: Parsed) -> int:
     from launcher.packages.absent_ros import require
 
     require("foxglove", {"foxglove": "websockets.asyncio.server"})
-    from launcher.foxglove.foxglove_server import ServerOptions, serve
-    from launcher.foxglove.graph_view import TopicChoice
+    from launcher.ros.foxglove.foxglove_server import ServerOptions, serve
+    from launcher.ros.foxglove.graph_view import TopicChoice
 
     choice = TopicChoice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
     return serve(

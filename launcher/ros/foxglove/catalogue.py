@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove.protocol import AdvertisedService, Channel
+from launcher.ros.foxglove.protocol import AdvertisedService, Channel
 
 
 @dataclass(slots=True)

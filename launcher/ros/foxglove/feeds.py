@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from rclpy.qos import DurabilityPolicy
 
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove.receiver import Deliver, Receiver
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.foxglove.receiver import Deliver, Receiver
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.ros_graph import Direction

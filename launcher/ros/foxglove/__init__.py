@@ -4,7 +4,7 @@ It implements the WebSocket protocol of Foxglove itself. The WebSocket server of
 Python deadlocks if a topic or the connection graph changes while a client subscribes: it waits for
 its locks with the GIL held, and calls Python with its locks held.
 
-May import the core and `ros`. `verb` is its door; docs/guides/foxglove.md says what clients can do.
+`verb` is its door; docs/guides/foxglove.md says what clients can do.
 
 It is an asyncio loop with a thread for messages and one for answers of services:
 

@@ -9,9 +9,9 @@ from rclpy.serialization import deserialize_message
 
 from launcher.base import strict_json
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove import protocol
-from launcher.foxglove.feeds import reason
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.foxglove import protocol
+from launcher.ros.foxglove.feeds import reason
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill, stamp_all
 from launcher.ros.messages.interfaces import full_type, load_message
