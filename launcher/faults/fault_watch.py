@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 
 from launcher.base import strict_json
-from launcher.base.model.run_events import FaultConfirmed, FaultHealed
+from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
 from launcher.faults.watch_options import settings_of

@@ -24,7 +24,7 @@ from launcher.launch.target import (
 )
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.output.stdout import wants_colour
-from launcher.run.parts import PRIVATE, RECORDING
+from launcher.run.part_options import PRIVATE, RECORDING
 from launcher.smoke.smoke_options import EXPECTATIONS
 
 TYPE_CHECKING = False

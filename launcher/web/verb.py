@@ -14,7 +14,7 @@ from launcher.base.program import browse
 from launcher.base.verb_table import VERBS
 from launcher.control.active_runs import find_run
 from launcher.posix.dispositions import heeded
-from launcher.run.parts import page_options
+from launcher.run.part_options import page_options
 from launcher.web.page_options import require_page
 
 COMMAND = Command(

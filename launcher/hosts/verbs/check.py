@@ -13,7 +13,7 @@ from launcher.launch.target import (
     TARGET,
     LaunchRequest,
 )
-from launcher.run.parts import DISCOVERY
+from launcher.run.part_options import DISCOVERY
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

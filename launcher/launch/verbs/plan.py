@@ -35,7 +35,8 @@ from launcher.launch.target import (
 )
 from launcher.launch.time_limit import limited
 from launcher.posix.stdio import print_text, stdout_to_stderr
-from launcher.run.parts import COMPOSE, DISCOVERY, SKIP_HOST, planned_hosts
+from launcher.run.part_options import COMPOSE, DISCOVERY, SKIP_HOST
+from launcher.run.parts import planned_hosts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
