@@ -15,4 +15,5 @@ Folders, in the order of what happens:
 * `checks/`: for each kind of expectation whether it holds now, mostly by the judges of smoke.
 * `model/`: a fault and its life (suspected, active, healed), without I/O.
 * `causes/`: rules that say why, and which faults follow from another: an incident.
+* `history/`: the faults of all runs, in a database in the log folder.
 """
