@@ -3,9 +3,29 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 from launcher.base.document.fields import FieldError, FieldType, nested
+from launcher.base.document.quantities import DURATION_PATTERN, parse_duration, quantity
 from launcher.smoke.expect.message_conditions import STEP, Conditions, Expression, compile_regex
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Confirmation:
+    """When a violation counts in a watched run: after so many seconds, or so often in a row.
+
+    Exactly one of `for_s` and `times` is given; `text` is the source text.
+    """
+
+    text: str
+    for_s: float | None = None
+    times: int | None = None
+
+
+def _confirmation(match: re.Match[str]) -> Confirmation:
+    if match["times"]:
+        return Confirmation(text=match[0], times=int(match["times"]))
+    return Confirmation(text=match[0], for_s=parse_duration(match[0]))
 
 
 def name(noun: str, *, wildcards: bool = False) -> FieldType:
@@ -60,6 +80,13 @@ def _number(value: object) -> re.Pattern[str]:
         )
     return pattern
 
+
+CONFIRMATION = quantity(
+    "confirmation",
+    "2 s or 3 times",
+    rf"(?P<times>[1-9][0-9]*) *times?|{DURATION_PATTERN}",
+    _confirmation,
+)
 
 _LIMITS = {
     "type": "object",

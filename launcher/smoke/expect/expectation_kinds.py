@@ -30,6 +30,7 @@ from launcher.base.document.quantities import (
 from launcher.output.filters import LEVELS
 from launcher.smoke.expect.expectation_fields import (
     CONDITIONS,
+    CONFIRMATION,
     EXPRESSION,
     NUMBER,
     PATHS,
@@ -45,7 +46,8 @@ from launcher.smoke.expect.likeness import LIKENESS
 class ExpectationKind:
     """`name` is the key whose value is the subject.
 
-    `default_within` applies where no time is given; `timed`: takes `within` and `after`;
+    `default_within` applies where no time is given; `timed`: takes `within` and `after`, and
+    `confirm` and `heal`, since it can be judged before the end;
     `one_of`: entries of which at least one is required; `of_process`: the subject is a process.
     """
 
@@ -68,6 +70,8 @@ COMMON = (
     Field("name", text("name"), "name in reports"),
     Field("within", WINDOW, "time limit, `8 s` or `5 to 8 s`, from the start or from `after`"),
     Field("after", text("step name"), "step from which the time counts"),
+    Field("confirm", CONFIRMATION, "in a watched run: `2 s` or `3 times` until it is a fault"),
+    Field("heal", DURATION, "in a watched run: time without a violation that ends the fault"),
 )
 WITHIN_10_S = NumberRange(low=0.0, high=10.0, text="10 s")
 

@@ -60,6 +60,8 @@ GOOD = {
     "ready": "expect: [{ready: 'robot_*', within: 5 s}]",
     "like": "expect: [{like: good.mcap, name: as ever}]",
     "like in parts": "expect: [{like: {bag: a, rates: 9 %, gaps: 5, topics: [/a], exclude: [/b]}}]",
+    "confirmed by time": "expect: [{node: /a, confirm: 2 s, heal: 500 ms}]",
+    "confirmed by number": "expect: [{rate: /a, is: 1 Hz, confirm: 3 times, heal: 5}]",
     "deaths": "expect: [{no_deaths: '*'}]",
     "scenario": "scenario: [{at: 8 s, do: kill a, name: kill}, {after: kill, do: start a}]",
     "pause": "scenario: [{do: pause robot_1 for 500 ms}]",
@@ -116,6 +118,9 @@ BAD = {
     "like misspelt": "expect: [{like: {bag: a, rate: 20 %}}]",
     "a timed likeness": "expect: [{like: a, within: 3 s}]",
     "timed start": "expect: [{start_up: 5 s, within: 3 s}]",
+    "never confirmed": "expect: [{node: /a, confirm: 0 times}]",
+    "no confirmation": "expect: [{node: /a, confirm: often}]",
+    "healed at the end": "expect: [{start_up: 5 s, heal: 3 s}]",
     "dirty": "expect: [{shared_memory: dirty}]",
     "no step": "scenario: [kill robot_2]",
     "nothing to do": "scenario: [{at: 3 s}]",
@@ -150,6 +155,17 @@ def test_a_good_file_is_good_for_the_loader_and_the_schema(text: str):
 @pytest.mark.parametrize("text", BAD.values(), ids=BAD)
 def test_a_bad_file_is_bad_for_the_loader_and_the_schema(text: str):
     assert (is_loaded(text), fits_schema(text)) == (False, False)
+
+
+@pytest.mark.parametrize(
+    ("text", "for_s", "times"), [("2 s", 2.0, None), ("0.5", 0.5, None), ("3 times", None, 3)]
+)
+def test_a_violation_is_confirmed_by_time_or_by_number(text, for_s, times):
+    script = loader.parse(f"expect: [{{node: /a, confirm: {text}, heal: 1 min}}]", "x.yaml")
+    (expectation,) = script.expectations
+    confirm = expectation.get("confirm")
+    assert (confirm.for_s, confirm.times, confirm.text) == (for_s, times, text)
+    assert expectation.get("heal") == 60.0
 
 
 def test_every_kind_is_in_the_sample_files():
@@ -235,6 +251,8 @@ VALUES: dict[str, Any] = {
     "name": "n",
     "within": "3 s",
     "after": "start",
+    "confirm": "3 times",
+    "heal": "5 s",
     **dict.fromkeys(("absent", "compatible", "all", "alive", "once", "call"), True),
 }
 SUBJECTS: dict[str, Any] = {
