@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 
 from launcher.base import strict_json
-from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
+from launcher.base.model.fault_events import FaultConfirmed, FaultHealed, with_cause
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
 from launcher.faults.watch_options import settings_of
@@ -103,7 +103,7 @@ class FaultWatch(Part):
             event = FaultConfirmed(
                 fault["fault"], fault["seen"], fault["incident"], fault["cause"], fault["follows"]
             )
-            log.log("WARNING", "launch", event.text)
+            log.log("WARNING" if fault["follows"] is None else "INFO", "launch", event.text)
             log.note(event, process)
         elif change == "healed":
             active_s = round(fault["healed_s"] - fault["confirmed_s"], 1)
@@ -208,7 +208,7 @@ def _follow(watch: FaultWatch, exchange: Exchange) -> None:
 def _line(fault: Document) -> str:
     """One fault in a line, for users."""
     clock = time.strftime("%H:%M:%S", time.localtime(fault["first_s"]))
-    cause = f"; {fault['cause']}" if fault["cause"] else ""
+    seen = with_cause(fault["seen"], fault["cause"])
     follows = f" (follows from '{fault['follows']}')" if fault["follows"] else ""
     marks = "".join(f", {mark}" for mark in ("acknowledged", "muted") if fault[mark])
-    return f"{clock} {fault['state']}{marks}: {fault['fault']}: {fault['seen']}{cause}{follows}"
+    return f"{clock} {fault['state']}{marks}: {fault['fault']}: {seen}{follows}"

@@ -28,8 +28,16 @@ class FaultConfirmed(RunEvent):
 
     @property
     def text(self) -> str:
-        cause = f"; {self.cause}" if self.cause else ""
-        return f"fault '{self.fault}': {self.seen}{cause}"
+        if self.follows is not None:
+            return f"fault '{self.fault}' follows from '{self.follows}': {self.seen}"
+        return f"fault '{self.fault}': {with_cause(self.seen, self.cause)}"
+
+
+def with_cause(seen: str, cause: str | None) -> str:
+    """What was seen, and why; the cause alone if that says both."""
+    if cause is None or cause in seen:
+        return seen
+    return cause if seen in cause else f"{seen}; {cause}"
 
 
 class FaultHealed(RunEvent):

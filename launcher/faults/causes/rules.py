@@ -14,7 +14,7 @@ from launcher.base.model.run_event import RunEvent, exit_text
 from launcher.base.model.run_events import Asked, Ended, NotStarted, Started
 from launcher.base.text import several
 from launcher.faults.causes.cause import MACHINE, Cause
-from launcher.faults.checks.implied import LOW_BYTES, LOW_SHARE, mismatch_text
+from launcher.faults.checks.implied import LOW_BYTES, LOW_SHARE, SLOWED, mismatch_text
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.story import Story
 from launcher.smoke.observe.facts import ProcessEvent
@@ -26,7 +26,6 @@ CLOCK_S = 6.0
 STARVED = 0.5  # of the time some task waited for a processor,
 DELAYED = 0.1  # and the main thread of the process in question so much of it
 BUSY_PERCENT = 90.0  # of a core
-SLOWED = 0.15  # of the looks at a process found it suspended
 PRESSURE_S = 3.0
 OF_TIME = ("rate", "gap", "latency")  # kinds that depend on processor time
 
@@ -156,7 +155,7 @@ def suspension(fault: Fault, story: Story) -> Cause | None:
                 rule="suspension", text=text, at_s=fault.life.first_s, about=frozenset({name})
             )
         if share >= SLOWED:
-            text = f"{name} is suspended again and again, {share:.0%} of the time: it is slow"
+            text = f"{name} is suspended again and again, {share:.0%} of the time"
             return Cause(
                 rule="slow process", text=text, at_s=fault.life.first_s, about=frozenset({name})
             )
@@ -288,10 +287,10 @@ def own_rate(fault: Fault, story: Story) -> Cause | None:
     names = [name for name in fault.finding.processes if story.is_running(name)]
     if fault.origin.kind not in ("rate", "gap") or not names:
         return None
-    topic = several(fault.finding.topics)
-    is_silent = not fault.finding.value if fault.origin.kind == "rate" else True
-    how = "publishes nothing" if is_silent else f"publishes {topic} at {fault.finding.seen}"
-    text = f"{several(names)} runs and {how}: nothing else is unusual"
+    topic, rate_hz = several(fault.finding.topics), fault.finding.value
+    has_rate = fault.origin.kind == "rate" and rate_hz
+    how = f"publishes {topic} at {rate_hz:.3g} Hz" if has_rate else f"publishes nothing on {topic}"
+    text = f"{several(names)} runs, and {how}: nothing else is unusual"
     return Cause(
         rule="publisher",
         text=text,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from launcher.faults.model.fault import FaultOrigin, Finding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.expect.expectation_fields import Confirmation
 
 GRACE_S = 15.0  # of a start, where the expectation names no time: discovery, and slow programs
 SETTLE_S = 10.0  # after a user has started, stopped or restarted a process
@@ -74,11 +75,10 @@ class ExpectationCheck(Check):
 
 def debounce_of(expectation: Expectation, usual: Debounce) -> Debounce:
     """As its entries `confirm` and `heal` say, or as is usual."""
-    confirm, heal_s = expectation.get("confirm"), expectation.get("heal")
-    times = getattr(confirm, "times", None)
-    for_s = getattr(confirm, "for_s", None)
-    return Debounce(
-        confirm_s=usual.confirm_s if for_s is None else for_s,
-        times=usual.times if confirm is None else times,
-        heal_s=usual.heal_s if heal_s is None else heal_s,
-    )
+    confirm: Confirmation | None = expectation.get("confirm")
+    heal_s = expectation.get("heal")
+    if confirm is None:
+        return usual if heal_s is None else replace(usual, heal_s=heal_s)
+    for_s = usual.confirm_s if confirm.for_s is None else confirm.for_s
+    heal_s = usual.heal_s if heal_s is None else heal_s
+    return Debounce(confirm_s=for_s, times=confirm.times, heal_s=heal_s)

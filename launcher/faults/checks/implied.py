@@ -18,6 +18,7 @@ GONE_S = 2.0
 CLOCK_S = 5.0  # a step of the clock is over after this
 LOW_BYTES, LOW_SHARE = 64 * 1024**2, 0.01  # of a disk: room for some minutes of logs
 BOTH_SIDES_S = 3.0  # a topic that had both sides for so long is expected to have them
+SLOWED = 0.3  # of the looks at a process found it suspended: somebody slows it down
 PARTICIPANT = 35  # characters of a GID that are those of its participant
 
 
@@ -75,7 +76,7 @@ class DeathCheck(Check):
 
 def _end_text(event: object) -> str:
     if isinstance(event, Ended):
-        return f"ended with {exit_text(event.returncode)}"
+        return f"died ({exit_text(event.returncode)})"
     return f"could not be started: {event.reason}" if isinstance(event, NotStarted) else "failed"
 
 
@@ -88,19 +89,27 @@ class SuspensionCheck(Check):
         self._seen: set[str] = set()
 
     def look(self, story: Story) -> Iterator[Found]:
-        stopped = {
-            str(row["name"])
+        found = {
+            str(row["name"]): text
             for row in story.rows
             if row["pid"] is not None
             and row.get("host") is None
-            and story.stops.is_stopped(row["pid"])
             and not _is_paused_by_user(story, row["name"])
+            and (text := _suspended_text(story, row["pid"]))
         }
-        for name in sorted(stopped | self._seen):
+        for name in sorted(found.keys() | self._seen):
             about = origin("not suspended", name, "no process is suspended by a signal")
-            finding = Finding(seen=f"{name} is suspended", processes=(name,))
-            yield Found(about, finding if name in stopped else None)
-        self._seen |= stopped
+            finding = Finding(seen=f"{name} {found.get(name)}", processes=(name,))
+            yield Found(about, finding if name in found else None)
+        self._seen |= found.keys()
+
+
+def _suspended_text(story: Story, pid: int) -> str:
+    """How it is suspended, all the time or again and again; empty if it is not."""
+    if story.stops.is_stopped(pid):
+        return "is suspended (SIGSTOP)"
+    share = story.stops.share(pid)
+    return f"is suspended again and again, {share:.0%} of the time" if share >= SLOWED else ""
 
 
 def _is_paused_by_user(story: Story, process: str) -> bool:
@@ -193,6 +202,7 @@ class QosCheck(Check):
                 topics=(topic,),
                 nodes=nodes,
                 processes=story.processes_of(nodes),
+                settles=False,
             )
         for topic in sorted(found.keys() | self._seen):
             expected = "all publishers and subscriptions match"

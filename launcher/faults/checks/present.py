@@ -96,7 +96,9 @@ class AnswerCheck(ExpectationCheck):
             return False, None  # whether the node is there is another question
         node = str(self.expectation.get("node"))
         return True, Finding(
-            seen=verdict.seen, nodes=(node,), processes=story.processes_of([node]), message=None
+            seen=f"{self.expectation.subject} is {self._last.value!r}",
+            nodes=(node,),
+            processes=story.processes_of([node]),
         )
 
 

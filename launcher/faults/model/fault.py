@@ -14,7 +14,8 @@ class Finding:
     """What was seen instead of what is expected, now; whom it concerns.
 
     `since_s`: since when, in time of the run; `certain`: it needs no confirmation; `times`: how
-    many violations it stands for; `guess`: a probable cause that the judge has found.
+    many violations it stands for; `guess`: a probable cause that the judge has found. `settles`: it
+    may be of a process that is just starting, and pass.
     """
 
     seen: str
@@ -27,6 +28,7 @@ class Finding:
     guess: str | None = None
     since_s: float | None = None
     certain: bool = False
+    settles: bool = True
     times: int = 1
 
 

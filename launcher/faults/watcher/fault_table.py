@@ -43,7 +43,8 @@ class FaultTable:
             if fault is not None:
                 self._held(fault, story.now_s)
             return
-        is_open = finding.certain or (fault is not None and fault.is_active)
+        is_sure = finding.certain or not finding.settles
+        is_open = is_sure or (fault is not None and fault.is_active)
         if not is_open and any(_is_settling(name, story) for name in finding.processes):
             if fault is not None:
                 self._held(fault, story.now_s)

@@ -15,6 +15,8 @@ from launcher.base.model.run_events import Stopping
 from launcher.control.client import Connection
 from launcher.faults.checks.check import Check
 from launcher.faults.checks.live_checks import checks_of, watched
+from launcher.faults.history.versions import of_launch
+from launcher.faults.history.writing import History
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.fault_table import FaultTable
 from launcher.faults.watcher.incident_files import IncidentFiles
@@ -69,6 +71,7 @@ class Watching:
         self._story = Story()
         self._machine = MachineReader(settings.run_folder)
         self._table = FaultTable(self._report)
+        self._history: History | None = None
         self._probe: ProbeClient | None = None
         self._probe_starts = 0
         self._topics: TopicWatch | None = None
@@ -94,9 +97,7 @@ class Watching:
             max_rate=MAX_RATE,
         )
         self._environment = _environment(hello["run"])
-        self._files = IncidentFiles(
-            self._settings.run_folder, _head(hello), self._observations.wall_of, self._note
-        )
+        self._begin_history(hello)
         self._script, left = watched(script)
         self._say(left=[{"expectation": one.expectation, "why": one.why} for one in left])
         self._checks = checks_of(self._script, self._settings.arguments)
@@ -106,6 +107,26 @@ class Watching:
         finally:
             follower.end()
             self._end()
+
+    def _begin_history(self, hello: Mapping[str, Any]) -> None:
+        """Of this run, beside earlier ones; faults that were muted in these stay so."""
+        folder, run, target = self._settings.run_folder, hello["run"], self._settings.launch_file
+        version = of_launch(target)
+        versions = {"launch_file": target, "hash": version.files_hash, "git": version.git}
+        head = {**_head(hello), "versions": versions}
+        self._files = IncidentFiles(folder, head, self._observations.wall_of, self._note)
+        if folder is None:
+            return
+        self._history = history = History(os.path.dirname(folder), self._note)
+        history.begin_run(
+            run=run["id"],
+            target=target,
+            started_s=run["started_wall_s"],
+            version=version,
+            launcher=hello["launcher"],
+            log_dir=folder,
+        )
+        self._table.mutes.update(history.mutes_of(target))
 
     def _start_probe(self) -> None:
         """Observe ROS; without a probe, processes and lines are still watched."""
@@ -226,10 +247,24 @@ class Watching:
         except KeyError:
             self._say(id=request["id"], error=f"no fault '{name}'")
         else:
+            self._keep_mute(fault)
             self._say(id=request["id"], answer=fault.document(self._observations.wall_of))
 
+    def _keep_mute(self, fault: Fault) -> None:
+        """For later runs of the same launch file."""
+        target = self._settings.launch_file
+        if self._history is None:
+            return
+        if fault.muted is None:
+            self._history.clear_mute(target, fault.id)
+        else:
+            self._history.set_mute(target, fault.id, fault.muted["reason"], fault.muted["until_s"])
+
     def _report(self, fault: Fault, change: str) -> None:
-        self._say(fault=fault.document(self._observations.wall_of), change=change)
+        document = fault.document(self._observations.wall_of)
+        if self._history is not None:
+            self._history.record(document)
+        self._say(fault=document, change=change)
 
     def _note(self, text: str) -> None:
         self._say(note=text)
@@ -251,6 +286,8 @@ class Watching:
         for incident in self._table.incidents:
             if incident.closed_s is None:
                 self._files.closed(incident, self._story)
+        if self._history is not None:
+            self._history.end_run()
         EVALUATOR.close()
         closing.join()
 
