@@ -13,6 +13,7 @@ from launcher.base.document.fields import FieldType, shown
 NUMBER = r"[0-9]+(?:\.[0-9]+)?"
 _TIME_UNIT = r"(?:ms|s|sec|min)"
 _TIME_FACTORS = {"": 1.0, "ms": 0.001, "s": 1.0, "sec": 1.0, "min": 60.0}
+_PERIODS_S = {"s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0}
 _SIZE_FACTORS = {"": 1, "K": 1024, "M": 1024**2, "G": 1024**3}
 _LIMIT = r"(?:<=|>=|<|>)"
 _TO = r"(?:\.\.|to)"
@@ -44,8 +45,12 @@ def quantity(
     make: Callable[[re.Match[str]], Any],
     *,
     whole: bool = False,
+    needs_unit: bool = False,
 ) -> FieldType:
-    """Text that matches `pattern`, or a plain number (`whole`: an integer) that does as text."""
+    """Text that matches `pattern`, or a plain number (`whole`: an integer) that does as text.
+
+    With `needs_unit` no plain number does.
+    """
 
     def parse(value: object) -> Any:
         is_number = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
@@ -56,6 +61,8 @@ def quantity(
         return make(match)
 
     schema = {"type": "string", "pattern": f"^(?:{for_editors(pattern)})$"}
+    if needs_unit:
+        return FieldType(parse, schema)
     number = {"type": "integer" if whole else "number", "minimum": 0}
     return FieldType(parse, {"anyOf": [schema, number]})
 
@@ -105,6 +112,11 @@ def _rate(match: re.Match[str]) -> NumberRange:
     return NumberRange(low=max(0.0, middle - tolerance), high=middle + tolerance, text=match[0])
 
 
+def _growth(match: re.Match[str]) -> float:
+    size = float(match["number"]) * _SIZE_FACTORS[match["unit"] or ""]
+    return size / _PERIODS_S[match["period"]]
+
+
 def _exit(match: re.Match[str]) -> int:
     if match["number"]:
         return int(match["number"])
@@ -150,6 +162,13 @@ SIZE = quantity(
     "200 MB (powers of 1024)",
     rf"(?P<number>{NUMBER}) *(?P<unit>[KMG])?i?B?",
     lambda match: int(float(match["number"]) * _SIZE_FACTORS[match["unit"] or ""]),
+)
+GROWTH = quantity(
+    "growth",
+    "1 MB/min (powers of 1024)",
+    rf"(?P<number>{NUMBER}) *(?P<unit>[KMG])?i?B? */ *(?P<period>{'|'.join(_PERIODS_S)})",
+    _growth,  # bytes per second
+    needs_unit=True,
 )
 PERCENT = quantity(
     "percentage",

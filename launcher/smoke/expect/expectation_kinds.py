@@ -21,6 +21,7 @@ from launcher.base.document.quantities import (
     COUNT,
     DURATION,
     EXIT,
+    GROWTH,
     PERCENT,
     RATE,
     SIZE,
@@ -109,7 +110,12 @@ KINDS = (
         "node",
         _NODES,
         "A node is in the graph (full name or pattern).",
-        (Field("absent", FLAG, "with `within`: it disappears in time; without: it never appears"),),
+        (
+            Field(
+                "absent", FLAG, "with `within`: it disappears in time; without: it never appears"
+            ),
+            Field("count", COUNT, "number of nodes that match, as 1: no second one has this name"),
+        ),
         WITHIN_10_S,
         needs_ros=True,
     ),
@@ -145,6 +151,32 @@ KINDS = (
         "Messages arrive at a rate.",
         (
             Field("is", RATE, "`1 Hz ± 20 %`, `0.9 to 1.1 Hz`", required=True),
+            _WHERE,
+            _FIELDS,
+            _TYPE,
+        ),
+        needs_ros=True,
+    ),
+    ExpectationKind(
+        "gap",
+        _TOPIC,
+        "No pause between messages is too long.",
+        (
+            Field(
+                "below", DURATION, "limit of each pause, also of one that goes on", required=True
+            ),
+            _WHERE,
+            _FIELDS,
+            _TYPE,
+        ),
+        needs_ros=True,
+    ),
+    ExpectationKind(
+        "latency",
+        _TOPIC,
+        "Messages are not old when they arrive.",
+        (
+            Field("below", DURATION, "limit of 95 % of the messages", required=True),
             _WHERE,
             _FIELDS,
             _TYPE,
@@ -266,8 +298,12 @@ KINDS = (
     ExpectationKind(
         "memory",
         _PROCESSES,
-        "Memory usage (USS) of a process, in every sample.",
-        (Field("below", SIZE, "`200 MB`", required=True),),
+        "Memory usage (USS) of a process, and its growth.",
+        (
+            Field("below", SIZE, "`200 MB`, in every sample"),
+            Field("growth", GROWTH, "limit of the growth after the start, `1 MB/min`"),
+        ),
+        one_of=("below", "growth"),
         of_process=True,
     ),
     ExpectationKind(
@@ -315,5 +351,5 @@ KINDS = (
 
 BY_NAME = {kind.name: kind for kind in KINDS}
 # The kinds whose topic is subscribed to, and the entries that name another such topic.
-OF_MESSAGES = ("rate", "message", "unique", "refers", "tally")
+OF_MESSAGES = ("rate", "gap", "latency", "message", "unique", "refers", "tally")
 OTHER_TOPICS = ("to", "in")

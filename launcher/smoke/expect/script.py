@@ -13,6 +13,7 @@ from launcher.smoke.expect.steps import Chaos, Step
 
 MIN_RUN_S = 5.0  # of a run without any times
 DEFAULT_READY_S = 10.0
+GROWTH_RUN_S = 20.0  # of a run in which the growth of memory is measured after the start-up
 STEP_ROOM_S = 1.0  # what a step may take
 PRESENCE = ("node", "topic", "qos")
 OF_EVERY_RUN = Origin(text="expected of every run")
@@ -68,7 +69,14 @@ class Script:
             if e.within is not None and e.after != STOP
         ]
         steps = [begins[step.name] + STEP_ROOM_S for step in self.steps]
-        return max([MIN_RUN_S, *ends, *steps, *(one.duration_s for one in self.likenesses())])
+        return max(
+            [self.least_run_s(), *ends, *steps, *(one.duration_s for one in self.likenesses())]
+        )
+
+    def least_run_s(self) -> float:
+        """How long the system is observed whatever is decided, if no duration is given."""
+        measures = any(e.get("growth") is not None and e.within is None for e in self.expectations)
+        return GROWTH_RUN_S if measures else MIN_RUN_S
 
     def likenesses(self) -> Iterator[Likeness]:
         """The bags that the run is expected to be like."""

@@ -3,7 +3,17 @@
 from __future__ import annotations
 
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.judges import answers, graph, likeness, logs, processes, relations, run, traffic
+from launcher.smoke.judges import (
+    answers,
+    graph,
+    likeness,
+    logs,
+    processes,
+    relations,
+    run,
+    timeliness,
+    traffic,
+)
 from launcher.smoke.observe.facts import Facts
 
 JUDGES = {
@@ -11,6 +21,8 @@ JUDGES = {
     "topic": graph.topic,
     "qos": graph.qos,
     "rate": traffic.rate,
+    "gap": timeliness.gap,
+    "latency": timeliness.latency,
     "message": traffic.message,
     "unique": relations.unique,
     "refers": relations.refers,

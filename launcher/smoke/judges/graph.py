@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from launcher.base.document.quantities import INFINITY
+from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint
 from launcher.smoke.expect.expectation import Expectation, Verdict
@@ -21,6 +21,7 @@ from launcher.smoke.judges.common import (
 from launcher.smoke.observe.facts import Facts, GraphSeen
 
 _NANOS = 1e9
+_ONE_OR_MORE = NumberRange(low=1, high=INFINITY, text=">= 1")
 
 
 def _shown(seen: GraphSeen, pattern: str) -> list[str]:
@@ -60,7 +61,9 @@ def _held(when: Window, at_s: float, word: str = "") -> Verdict:
 
 def _node_text(expectation: Expectation) -> str:
     verb = "is not there" if expectation.get("absent") else "is there"
-    return f"node {expectation.subject} {verb}{times_text(expectation)}"
+    count = expectation.get("count")
+    number = "" if count is None else f" {count.text} times"
+    return f"node {expectation.subject} {verb}{number}{times_text(expectation)}"
 
 
 @with_window(_node_text)
@@ -68,14 +71,18 @@ def node(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     pattern = expectation.subject
     if expectation.get("absent"):
         return _absent(expectation, facts, when)
-    at_s = _when(facts, lambda seen: bool(_shown(seen, pattern)), when)
+    count: NumberRange = expectation.get("count", _ONE_OR_MORE)
+    at_s = _when(facts, lambda seen: len(_shown(seen, pattern)) in count, when)
     if at_s is not None:
         return _held(when, at_s)
     process = facts.process_of(pattern)
+    last = facts.last_graph()
+    number = 0 if last is None or count is _ONE_OR_MORE else len(_shown(last, pattern))
+    found = f"{number} of them" if number else "never"
     return when.not_yet(
-        seen=f"never; known nodes: {listed(facts.graph().nodes)}",
+        seen=f"{found}; known nodes: {listed(facts.graph().nodes)}",
         about=(process,) if process else (),
-        guess=explain.missing_node(pattern, facts),
+        guess=None if number else explain.missing_node(pattern, facts),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from launcher.base.document.quantities import INFINITY, NumberRange
@@ -18,9 +18,11 @@ from launcher.smoke.judges.common import (
     times_text,
     with_window,
 )
+from launcher.smoke.judges.time_series import GROWTH_S, START_UP_S, growth_per_s
 from launcher.smoke.observe.facts import Facts, ProcessEvent, UsageSample
 
 _MB = 1024 * 1024
+_MINUTE_S = 60.0
 
 
 # ---- running, exited, restarted
@@ -213,19 +215,56 @@ def _samples(expectation: Expectation, facts: Facts, when: Window) -> list[Usage
 
 
 def _memory_text(expectation: Expectation) -> str:
-    limit = expectation.get("below") / _MB
-    return f"memory of {expectation.subject} below {limit:g} MB{times_text(expectation)}"
+    below, growth = expectation.get("below"), expectation.get("growth")
+    parts = [] if below is None else [f"is below {below / _MB:g} MB"]
+    parts += [] if growth is None else [f"grows by less than {growth_text(growth)}"]
+    return f"memory of {expectation.subject} {' and '.join(parts)}{times_text(expectation)}"
+
+
+def growth_text(bytes_per_s: float) -> str:
+    """`1.5 MB/min`."""
+    return f"{bytes_per_s * _MINUTE_S / _MB:.3g} MB/min"
 
 
 @with_window(_memory_text)
 def memory(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    """Of its size and its growth the one that is not met, else that of the size."""
     samples = [s for s in _samples(expectation, facts, when) if s.memory_bytes is not None]
     if not samples:
         return when.not_yet(seen="nothing was measured")
+    verdicts = []
+    if expectation.get("below") is not None:
+        verdicts.append(_size(expectation.get("below"), samples, when))
+    if expectation.get("growth") is not None:
+        verdicts.append(_growth(expectation.get("growth"), facts, samples, when))
+    return max(verdicts, key=lambda verdict: _RANK[verdict.outcome])
+
+
+def _size(below: int, samples: Sequence[UsageSample], when: Window) -> Verdict:
     largest = max(samples, key=lambda sample: sample.memory_bytes or 0)
     size, process = largest.memory_bytes or 0, largest.process
     seen = f"{process} {size / _MB:.1f} MB at {largest.at_s:.1f} s of the run"
     details: dict[str, Any] = {"seen": seen, "value": size / _MB, "unit": "MB"}
-    if size >= expectation.get("below"):
+    if size >= below:
         return when.violated(at_s=largest.at_s, about=(process,), **details)
     return when.so_far(**details)
+
+
+def _growth(below: float, facts: Facts, samples: Sequence[UsageSample], when: Window) -> Verdict:
+    """Of the process that grows most, over the time that each has run since its start-up."""
+    found: dict[str, float] = {}
+    for name in dict.fromkeys(sample.process for sample in samples):
+        starts = [e.at_s for e in facts.of(Started, name) if e.at_s <= when.to_s]
+        from_s = max(starts, default=0.0) + START_UP_S
+        own = [s for s in samples if s.process == name and s.at_s >= from_s]
+        slope = growth_per_s([(s.at_s, s.memory_bytes or 0) for s in own])
+        if slope is not None:
+            found[name] = slope
+    if not found or not when.closed:
+        return when.not_yet(seen=f"nothing ran {GROWTH_S:g} s longer than its start-up")
+    process, slope = max(found.items(), key=lambda item: item[1])
+    seen = f"{process} {'+' if slope >= 0 else ''}{growth_text(slope)}"
+    is_over = slope >= below
+    make = when.violated if is_over else when.met
+    value = slope * _MINUTE_S / _MB
+    return make(seen=seen, value=value, unit="MB/min", about=(process,) * is_over)

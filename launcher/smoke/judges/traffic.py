@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.smoke.expect.expectation import START, Expectation, Verdict
-from launcher.smoke.judges import explain
+from launcher.smoke.judges import explain, time_series
 from launcher.smoke.judges.common import (
     Window,
     condition_text,
@@ -17,10 +16,6 @@ from launcher.smoke.judges.common import (
     with_window,
 )
 from launcher.smoke.observe.facts import Facts, ObservedMessage
-
-MIN_MESSAGES = 3  # fewer have no rate
-SILENT_INTERVALS = 2  # of the longest one: a topic that pauses longer has stopped
-
 
 # ---- rates
 
@@ -38,7 +33,7 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     if not when.closed:
         return when.open(seen=f"{len(times)} messages")
     span: NumberRange = expectation.get("is")
-    if len(times) < MIN_MESSAGES:
+    if len(times) < time_series.MIN_MESSAGES:
         if span.low == 0 and not times:
             return when.met(seen="no message", value=0.0, unit="Hz")
         return when.violated(
@@ -46,9 +41,10 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
             guess=None if received else explain.silence(expectation.subject, facts),
             about=explain.processes_on(expectation.subject, facts),
         )
-    rate_hz, seconds = _measured(times, when, counts_start=expectation.after != START)
+    counts_start = expectation.after != START
+    rate_hz, seconds = time_series.rate(times, when.from_s, when.to_s, counts_start=counts_start)
     seen = f"{rate_hz:.3g} Hz ({len(times)} messages in {seconds:.1f} s)"
-    silent_s = times[-1] if _fell_silent(times, when) else None
+    silent_s = times[-1] if time_series.fell_silent(times, when.to_s) else None
     if rate_hz in span:
         return when.met(seen=seen, value=rate_hz, unit="Hz")
     return when.violated(
@@ -68,28 +64,6 @@ def _refused(expectation: Expectation, received: Sequence[ObservedMessage]) -> s
         return ""
     why = f" ({reasons[-1]})" if reasons[-1] else ""
     return f"; {len(reasons)} do not match{why}"
-
-
-def _measured(times: Sequence[float], when: Window, *, counts_start: bool) -> tuple[float, float]:
-    """(rate, time it was measured over), from the intervals between messages.
-
-    A topic that fell silent is measured up to the end of the window; with `counts_start`, one that
-    began late is measured from its start.
-    """
-    first_s = times[0]
-    last_s = when.to_s if _fell_silent(times, when) else times[-1]
-    if counts_start and first_s - when.from_s > _max_pause_s(times):
-        first_s = when.from_s
-    seconds = max(last_s - first_s, 1e-9)
-    return (len(times) - 1) / seconds, seconds
-
-
-def _fell_silent(times: Sequence[float], when: Window) -> bool:
-    return when.to_s - times[-1] > _max_pause_s(times)
-
-
-def _max_pause_s(times: Sequence[float]) -> float:
-    return SILENT_INTERVALS * max(b - a for a, b in itertools.pairwise(times))
 
 
 def sent_s(message: ObservedMessage) -> float:

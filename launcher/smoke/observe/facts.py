@@ -51,12 +51,16 @@ class LogLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObservedMessage:
-    """`content` is plain JSON; `sent_s`: when it was published, if known; `watch`: subscription."""
+    """`content` is plain JSON; `sent_s`: when it was published, if known; `watch`: subscription.
+
+    `stamp_s`: the time with which the message begins, if it does.
+    """
 
     at_s: float
     topic: str
     content: object
     sent_s: float | None = None
+    stamp_s: float | None = None
     watch: str = ""
 
 

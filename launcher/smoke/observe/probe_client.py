@@ -19,6 +19,7 @@ from launcher.base.errors import LauncherError
 from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import GraphSeen, ObservedMessage
+from launcher.smoke.observe.message_stamp import stamp_s
 
 READY_S = 20.0  # importing rclpy on a busy machine
 EXIT_S = 5.0
@@ -180,13 +181,14 @@ class ProbeClient:
         )
 
     def _record_message(self, report: dict[str, Any]) -> None:
-        sent = report.get("sent")
+        sent, stamp = report.get("sent"), stamp_s(report.get("data"))
         self._recorder.add(
             ObservedMessage(
                 at_s=self._recorder.of_monotonic(report["mono"]),
                 topic=report["topic"],
                 content=report.get("data"),
                 sent_s=None if sent is None else self._recorder.of_wall(sent),
+                stamp_s=None if stamp is None else self._recorder.of_wall(stamp),
                 watch=report["sub"],
             )
         )

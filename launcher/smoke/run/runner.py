@@ -238,7 +238,9 @@ class Runner:
     def _is_decided(self, facts: Facts) -> bool:
         """Whether only the end itself is left to wait for, and no duration is given."""
         script = self._script
-        if script.for_s is not None or facts.now_s < MIN_RUN_S or script.chaos is not None:
+        if script.for_s is not None or script.chaos is not None:
+            return False
+        if facts.now_s < script.least_run_s():
             return False
         recorded_s = facts.now_s - (facts.ready_s or 0.0)
         if any(recorded_s < likeness.duration_s for likeness in script.likenesses()):

@@ -29,6 +29,13 @@ EXPECTATIONS = r"""
       - {name: good rate, rate: /steady, is: 5 Hz ± 40 %}
       - {name: bad rate, rate: /drifting, is: 5 Hz ± 3 %}
       - {name: good drift, rate: /drifting, is: 4.717 Hz ± 40 %}
+      - {name: good gap, gap: /steady, below: 9 s}
+      - {name: bad gap, gap: /steady, below: 150 ms}
+      - {name: good latency, latency: /steady, below: 9 s}
+      - {name: bad latency, latency: /drifting, below: 0 s}
+      - {name: good single, node: /talker, count: 1, within: 60 s}
+      - {name: bad double, node: /talker, count: 2, after: ready, within: 3 s}
+      - {name: bad growth, memory: talker, growth: 100 MB/min}
       - {name: good message, message: /steady, where: json.count > 5}
       - {name: bad message, message: /steady, where: json.count < 0}
       - {name: good fields, message: /steady, fields: {speed: 2.5}, after: faster}

@@ -207,6 +207,12 @@ CASES = {
         {"samples": samples("robot_1-1", (1, 99), (1, 101))},
         "robot_1-1 101.0 MB at 2.0 s of the run",
     ),
+    "growth of memory": Case(
+        "memory: robot_1, below: 1 GB, growth: 120 MB/min",
+        {"samples": samples("robot_1-1", *((1, 100 + (9 - n if n < 9 else n)) for n in range(19)))},
+        {"samples": samples("robot_1-1", *((1, 100 + 3 * n) for n in range(19)))},
+        "robot_1-1 +180 MB/min",
+    ),
     "start-up": Case(
         "start_up: 3 s",
         {"steps": {"ready": 2.9}},

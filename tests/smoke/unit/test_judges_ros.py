@@ -8,7 +8,7 @@ import pytest
 
 from launcher.smoke.expect.expectation import Decision
 from launcher.smoke.expect.expectation_kinds import KINDS
-from launcher.smoke.observe.facts import QueryAnswer
+from launcher.smoke.observe.facts import GraphSeen, ObservedMessage, QueryAnswer
 from tests.smoke.unit.cases import STEPS, Case, answers, graphs
 from tests.smoke.unit.facts import (
     ended,
@@ -23,6 +23,22 @@ from tests.smoke.unit.facts import (
     ticks,
     verdict,
 )
+
+
+def doubled(*nodes: str) -> GraphSeen:
+    """A graph in which a name may be there twice."""
+    one = graph(nodes=nodes)
+    return replace(one, snapshot=replace(one.snapshot, nodes=nodes))
+
+
+def late(topic: str, *delays: float, stamped: bool = False) -> tuple[ObservedMessage, ...]:
+    """Messages half a second apart, that are so late."""
+    found = texts(topic, *range(len(delays)), period_s=0.5)
+    return tuple(
+        replace(m, **{"stamp_s" if stamped else "sent_s": m.at_s - delay_s})
+        for m, delay_s in zip(found, delays, strict=True)
+    )
+
 
 PAIR = (publisher("/t"), subscription("/t"))
 WEAK = publisher("/t", reliability="BEST_EFFORT")
@@ -62,6 +78,12 @@ CASES = {
         graphs(graph(nodes=("/robot_1",))),
         graphs(graph(nodes=("/robot_3",)), graph(at_s=3)),
         "it was there after 2.0 s",
+    ),
+    "node that is there once": Case(
+        "node: /robot_1, count: 1",
+        graphs(doubled("/robot_1", "/robot_2")),
+        graphs(doubled("/robot_1", "/robot_1")),
+        "2 of them; known nodes: /robot_1",
     ),
     "node of a dead process": Case(
         "node: /robot_1",
@@ -130,6 +152,51 @@ CASES = {
         {"messages": ticks("/t", 1.0)},
         {"messages": ticks("/t", 1.5)},
         "0.667 Hz (13 messages in 18.0 s)",
+    ),
+    "gap": Case(
+        "gap: /t, below: 1.5 s",
+        {"messages": ticks("/t", 1.0)},
+        {"messages": (*ticks("/t", 1.0, to_s=5), *ticks("/t", 1.0, from_s=7))},
+        "2.0 s from 5.0 s of the run (18 messages)",
+    ),
+    "gap at the end": Case(
+        "gap: /t, below: 3 s",
+        {"messages": ticks("/t", 1.0, to_s=18)},
+        {"messages": ticks("/t", 1.0, to_s=16), **graphs(graph(publisher("/t")), graph(at_s=17))},
+        "silent since 16.0 s of the run, for 4.0 s (15 messages)",
+        "/talker published it and does not any more",
+    ),
+    "gap after a step": Case(
+        "gap: /t, below: 3 s, after: kill, within: 10 s",
+        {"messages": ticks("/t", 1.0), **STEPS},
+        {"messages": ticks("/t", 1.0, from_s=9), **STEPS},
+        "4.0 s from 5.0 s of the run (7 messages)",
+    ),
+    "gap of nothing": Case(
+        "gap: /t, below: 3 s",
+        {"messages": ticks("/t", 1.0)},
+        {},
+        "no message",
+        "it has no publisher",
+    ),
+    "latency": Case(
+        "latency: /t, below: 50 ms",
+        {"messages": late("/t", *[0.04] * 19, 0.5)},
+        {"messages": late("/t", *[0.04] * 18, 0.5, 0.4)},
+        "400 ms in 95 % of 20 messages",
+    ),
+    "latency of stamps": Case(
+        "latency: /t, below: 500 ms",
+        {"messages": late("/t", *[0.4] * 3, stamped=True)},
+        {"messages": late("/t", *[9e8] * 3, stamped=True)},
+        "in 95 % of 3 messages",
+        "simulated time?",
+    ),
+    "latency of few messages": Case(
+        "latency: /t, below: 50 ms",
+        {"messages": late("/t", 0.04, 0.04, 0.04)},
+        {"messages": late("/t", 0.04, 0.04)},
+        "2 messages are too few for a latency",
     ),
     "rate of a drifting timer": Case(
         "rate: /t, is: 1 Hz ± 3 %",
