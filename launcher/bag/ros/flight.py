@@ -1,7 +1,8 @@
 """The flight recorder of a run: `python -m launcher.bag.ros.flight SETTINGS`, by `--record`.
 
 It keeps the last messages of all topics in memory, and writes them with logs and events when a
-process has died unasked or when it is requested. SETTINGS is JSON (see `FlightSettings`). It reads
+process has died unasked, when a fault of a watched run is confirmed that does not follow from
+another, or when it is requested. SETTINGS is JSON (see `FlightSettings`). It reads
 lines of JSON on stdin, `{"snapshot": REASON, "id": NUMBER}` and `{"end": true}`, and writes
 lines to stdout: `{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it
 answers as `asked`; `{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is
@@ -32,7 +33,7 @@ from launcher.bag.writer import BagWriter
 from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_event import Entry, exit_text
-from launcher.base.model.run_events import Ended
+from launcher.base.model.run_events import Ended, FaultConfirmed
 from launcher.control.client import Connection
 from launcher.packages.distribution import installed
 from launcher.posix import dispositions
@@ -40,8 +41,9 @@ from launcher.posix.socket_directory import ControlError
 from launcher.posix.stdio import keep_for_messages
 from launcher.ros.discovery.observer import Observer
 
-AFTER_S = 1.0  # what follows a death belongs to it
+AFTER_S = 1.0  # what follows a death or a fault belongs to it
 APART_S = 10.0  # between two automatic snapshots: a process may die again and again
+AUTOMATIC = ("death", "fault")  # in the names of folders; a death may be a fault, too
 KEEP_SNAPSHOTS = 10  # automatic ones of a run; older ones are removed
 _FORGET_S = 0.5
 _QUEUE_BYTES = 64 * 1024 * 1024
@@ -66,6 +68,11 @@ class _Due:
     at_s: float
     reasons: list[str] = field(default_factory=list)
     asked: list[int] = field(default_factory=list)  # ids of requests; none if it is automatic
+    kinds: set[str] = field(default_factory=set)  # of AUTOMATIC
+
+    @property
+    def kind(self) -> str:
+        return "asked" if self.asked else next(one for one in AUTOMATIC if one in self.kinds)
 
 
 class _RingBeside(Ring):
@@ -152,16 +159,17 @@ class FlightRecorder:
         with silently, Connection(self._settings.socket) as connection:
             for item in connection.follow("events"):
                 entry = entry_of(item)
-                if entry is not None and entry.event.is_failure:
-                    self._requests.put(("death", _story(entry)))
+                kind = None if entry is None else _kind(entry)
+                if entry is not None and kind is not None:
+                    self._requests.put((kind, _story(entry)))
 
     def _take_requests(self, now: float) -> None:
         while not self._requests.empty():
             kind, detail = self._requests.get()
             match kind:
-                case "death":
+                case "death" | "fault":
                     at_s = max(now + AFTER_S, self._last_automatic_s + APART_S)
-                    self._plan(detail, at_s)
+                    self._plan(detail, at_s, kind=kind)
                 case "snapshot":
                     reason, number = detail
                     self._plan(reason, now, [number])
@@ -171,11 +179,14 @@ class FlightRecorder:
                 case "end":
                     self._is_over = True
 
-    def _plan(self, reason: str, at_s: float, asked: Sequence[int] = ()) -> None:
+    def _plan(
+        self, reason: str, at_s: float, asked: Sequence[int] = (), kind: str = AUTOMATIC[0]
+    ) -> None:
         if self._due is None:
             self._due = _Due(at_s)
         self._due.at_s = min(self._due.at_s, at_s)
         self._due.asked += asked
+        self._due.kinds.add(kind)
         if reason not in self._due.reasons:
             self._due.reasons.append(reason)
 
@@ -190,7 +201,7 @@ class FlightRecorder:
         if not due.asked:
             self._last_automatic_s = time.monotonic()
         contents = self._contents("; ".join(due.reasons))
-        self._writing = threading.Thread(target=self._write, args=(contents, due.asked))
+        self._writing = threading.Thread(target=self._write, args=(contents, due))
         self._writing.start()
 
     def _contents(self, reason: str) -> SnapshotContents:
@@ -207,23 +218,22 @@ class FlightRecorder:
             run_folder=self._settings.run_folder,
         )
 
-    def _write(self, contents: SnapshotContents, asked: list[int]) -> None:
+    def _write(self, contents: SnapshotContents, due: _Due) -> None:
         parent = os.path.join(self._settings.run_folder, "snapshots")
-        kind = "asked" if asked else "death"
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(contents.end_ns // 10**9))
-        folder = _unused(os.path.join(parent, f"{stamp}-{kind}"))
+        folder = _unused(os.path.join(parent, f"{stamp}-{due.kind}"))
         try:
             os.makedirs(parent, exist_ok=True)
             snapshot_folder.write(folder, contents, installed() or "")
             _prune(parent)
         except OSError as error:
-            say(error=f"cannot write {folder}: {error.strerror or error}", asked=asked)
+            say(error=f"cannot write {folder}: {error.strerror or error}", asked=due.asked)
         else:
             say(
                 snapshot=folder,
                 reason=contents.reason,
                 messages=len(contents.messages),
-                asked=asked,
+                asked=due.asked,
             )
 
     def _finish(self) -> None:
@@ -238,7 +248,16 @@ class FlightRecorder:
             say(note=f"not everything was written: {error.strerror}")
 
 
+def _kind(entry: Entry) -> str | None:
+    """Which of AUTOMATIC it is, if any."""
+    if isinstance(entry.event, FaultConfirmed):
+        return "fault" if entry.event.follows is None else None
+    return "death" if entry.event.is_failure else None
+
+
 def _story(entry: Entry) -> str:
+    if isinstance(entry.event, FaultConfirmed):
+        return entry.event.text
     if isinstance(entry.event, Ended):
         return f"{entry.process} died ({exit_text(entry.event.returncode)})"
     return f"{entry.process} could not be started"
@@ -254,7 +273,11 @@ def _unused(path: str) -> str:
 
 def _prune(parent: str) -> None:
     """Remove the oldest automatic snapshots."""
-    names = sorted(name for name in os.listdir(parent) if "-death" in name and ".part" not in name)
+    names = sorted(
+        name
+        for name in os.listdir(parent)
+        if any(f"-{kind}" in name for kind in AUTOMATIC) and ".part" not in name
+    )
     for name in names[:-KEEP_SNAPSHOTS]:
         shutil.rmtree(os.path.join(parent, name), ignore_errors=True)
 
