@@ -75,6 +75,7 @@ setup(
         "launcher.language.compat": ["on_path/*.py"],
         "launcher.launch.supervise": ["*.json"],
         "launcher.hosts": ["*.json", "*.xml"],
+        "launcher.faults.incident": ["*.css"],
         "launcher.smoke": ["*.json"],
         "launcher.ros.draw": ["*.html"],
         "launcher.ros.probe": ["*.xml"],

@@ -107,6 +107,12 @@ _TABLE = (
         "serve a page in the browser that shows and controls a running launch",
     ),
     (
+        "incident",
+        LOOK,
+        "launcher.faults.incident.verb",
+        "write one HTML file about an incident of a run: cause, timeline, graph, log, bag",
+    ),
+    (
         "foxglove",
         LOOK,
         "launcher.ros.foxglove.verb",

@@ -16,4 +16,5 @@ Folders, in the order of what happens:
 * `model/`: a fault and its life (suspected, active, healed), without I/O.
 * `causes/`: rules that say why, and which faults follow from another: an incident.
 * `history/`: the faults of all runs, in a database in the log folder.
+* `incident/`: one HTML file about one incident, and its verb.
 """

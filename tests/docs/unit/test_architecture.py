@@ -24,6 +24,7 @@ WINGS: dict[str, set[str]] = {
     "workspace": {"doctor"},
     "doctor": {"hosts", "ros", "workspace"},
     "export": {"hosts"},
+    "faults": {"bag", "ros", "smoke", "web"},
     "web": {"ros"},
     "smoke": {"bag", "hosts", "ros", "web", "workspace"},
     "faults": {"bag", "ros", "smoke", "web"},

@@ -1,0 +1,1 @@
+"""The parts of the page of an incident, each a function that returns `Markup`."""
