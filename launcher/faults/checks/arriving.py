@@ -32,7 +32,8 @@ class LineCheck(ExpectationCheck):
         self._waiting: deque[LogLine] = deque(maxlen=MOST_LINES)
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
-        self._waiting.extend(story.facts.lines)
+        # What the launcher itself reports of processes is another fault.
+        self._waiting.extend(line for line in story.facts.lines if line.process is not None)
         if not self._waiting or story.now_s - self._waiting[-1].at_s < HOLD_S > self._age(story):
             return True, None
         lines = tuple(self._waiting)

@@ -83,7 +83,7 @@ def _end_text(event: object) -> str:
 class SuspensionCheck(Check):
     """No process is suspended that nobody has paused."""
 
-    debounce = Debounce(confirm_s=0.5, heal_s=1.0)
+    debounce = Debounce(confirm_s=0.2, heal_s=1.0)
 
     def __init__(self) -> None:
         self._seen: set[str] = set()

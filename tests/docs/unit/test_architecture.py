@@ -27,7 +27,6 @@ WINGS: dict[str, set[str]] = {
     "faults": {"bag", "ros", "smoke", "web"},
     "web": {"ros"},
     "smoke": {"bag", "hosts", "ros", "web", "workspace"},
-    "faults": {"bag", "ros", "smoke", "web"},
 }
 # Where the core names modules of wings: tables whose rows are imported when they are asked for,
 # and programs that are started as processes.
