@@ -156,14 +156,11 @@ class FaultWatch(Part):
 
 def serve(request: VerbRequest) -> None:
     """The verb `faults`: the table, a stream of changes, or a change by a user; BadCallError."""
-    watch, options, exchange = (
-        request.run.parts.find(FaultWatch),
-        request.call.options,
-        request.exchange,
-    )
-    if watch is None:
+    run, options, exchange = request.run, request.call.options, request.exchange
+    if not (run.options.watchful or run.options.expect):
         hint = "start the run with --watchful, or with --expect FILE"
         raise BadCallError("wrong-state", "this run is not watched", hint)
+    watch = run.parts.need(FaultWatch)  # which a client may ask for before it has begun
     change = next((name for name in _CHANGES if name in options), None)
     if change is not None:
         _serve_change(watch, change, options, exchange)

@@ -79,27 +79,28 @@ class StopWatch:
     """How much of the last seconds processes were suspended, by pid."""
 
     def __init__(self) -> None:
-        self._looks: dict[int, deque[bool]] = {}
+        # Of each look that found it suspended, how often it had run until then; else None.
+        self._looks: dict[int, deque[int | None]] = {}
 
     def look(self, pids: Iterable[int]) -> None:
         """Look at these processes, and forget others."""
-        looks: dict[int, deque[bool]] = {}
+        looks: dict[int, deque[int | None]] = {}
         for pid in pids:
             state = _state(pid)
             if state:
                 found = looks[pid] = self._looks.get(pid) or deque(maxlen=_LOOKS)
-                found.append(state in STOPPED_STATES)
+                found.append(_schedstat(pid)[2] if state in STOPPED_STATES else None)
         self._looks = looks
 
     def share(self, pid: int) -> float:
         """From 0 (never) to 1 (at every look)."""
         looks = self._looks.get(pid)
-        return sum(looks) / len(looks) if looks else 0.0
+        return sum(one is not None for one in looks) / len(looks) if looks else 0.0
 
     def is_stopped(self, pid: int) -> bool:
-        """Whether it was at each of the last five looks, half a second."""
-        looks = self._looks.get(pid)
-        return looks is not None and len(looks) >= 5 and all([*looks][-5:])
+        """Whether it has not run between the last five looks, half a second."""
+        last = [*self._looks.get(pid, ())][-5:]
+        return len(last) == 5 and last[0] is not None and len({*last}) == 1
 
 
 class DelayWatch:
@@ -116,11 +117,8 @@ class DelayWatch:
         now_s = time.monotonic()
         looks: dict[int, deque[tuple[float, int]]] = {}
         for pid in pids:
-            with contextlib.suppress(OSError, ValueError, IndexError):
-                with open(f"/proc/{pid}/schedstat") as file:
-                    waited_ns = int(file.read().split()[1])
-                found = looks[pid] = self._looks.get(pid) or deque(maxlen=_DELAY_LOOKS)
-                found.append((now_s, waited_ns))
+            found = looks[pid] = self._looks.get(pid) or deque(maxlen=_DELAY_LOOKS)
+            found.append((now_s, _schedstat(pid)[1]))
         self._looks = looks
 
     def share(self, pid: int) -> float | None:
@@ -130,6 +128,17 @@ class DelayWatch:
             return None
         (from_s, before_ns), (to_s, now_ns) = looks[0], looks[-1]
         return (now_ns - before_ns) / 1e9 / max(to_s - from_s, 1e-9)
+
+
+def _schedstat(pid: int) -> tuple[int, int, int]:
+    """Nanoseconds that it ran and that it waited for a processor, and how often it ran.
+
+    Of the main thread; zeros where the kernel does not say (Documentation/scheduler/sched-stats).
+    """
+    with contextlib.suppress(OSError, ValueError), open(f"/proc/{pid}/schedstat") as file:
+        ran_ns, waited_ns, times = map(int, file.read().split())
+        return ran_ns, waited_ns, times
+    return 0, 0, 0
 
 
 def _state(pid: int) -> str:

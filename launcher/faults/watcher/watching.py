@@ -118,6 +118,7 @@ class Watching:
         if folder is None:
             return
         self._history = history = History(os.path.dirname(folder), self._note)
+        self._table.mutes.update(history.mutes_of(target))
         history.begin_run(
             run=run["id"],
             target=target,
@@ -126,7 +127,6 @@ class Watching:
             launcher=hello["launcher"],
             log_dir=folder,
         )
-        self._table.mutes.update(history.mutes_of(target))
 
     def _start_probe(self) -> None:
         """Observe ROS; without a probe, processes and lines are still watched."""

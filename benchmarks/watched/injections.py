@@ -1,0 +1,199 @@
+"""The kinds of faults: how each is made, and the rule that should explain it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.harness import NotHereError
+from benchmarks.watched.system import NODES, SOURCES, WatchedSystem
+
+FAKETIME = "/usr/lib/x86_64-linux-gnu/faketime/libfaketime.so.1"
+DISK_BYTES = 96 * 1024**2
+PERIOD_S = 0.02  # of a process that is slowed down
+_BURN = "while True: pass"
+
+
+class Injection(NamedTuple):
+    """`make(system, random)` injects a fault while it is entered, and returns with it in force.
+
+    `rule` should explain it; `within` prepares what the system needs from its start.
+    """
+
+    rule: str
+    make: Callable[[WatchedSystem, random.Random], AbstractContextManager[None]]
+    within: Callable[[Path], AbstractContextManager[dict[str, str]]] | None = None
+
+
+@contextlib.contextmanager
+def kill(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    os.kill(system.pid(chance.choice(SOURCES)), signal.SIGKILL)
+    yield
+
+
+@contextlib.contextmanager
+def hang(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    pid = system.pid(chance.choice(SOURCES))
+    os.kill(pid, signal.SIGSTOP)
+    yield
+    os.kill(pid, signal.SIGCONT)
+
+
+@contextlib.contextmanager
+def slow(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    """The process has a part of the time only."""
+    pid, factor = system.pid(chance.choice(SOURCES)), chance.uniform(3.0, 8.0)
+    is_over = threading.Event()
+
+    def stutter() -> None:
+        while not is_over.is_set():
+            os.kill(pid, signal.SIGSTOP)
+            time.sleep(PERIOD_S * (1 - 1 / factor))
+            os.kill(pid, signal.SIGCONT)
+            time.sleep(PERIOD_S / factor)
+
+    thread = threading.Thread(target=stutter)
+    thread.start()
+    yield
+    is_over.set()
+    thread.join()
+
+
+@contextlib.contextmanager
+def parameter(
+    system: WatchedSystem, node: str, name: str, value: object, before: object
+) -> Iterator[None]:
+    system.set_parameter(node, name, value)
+    yield
+    system.set_parameter(node, name, before)
+
+
+def half_rate(system: WatchedSystem, chance: random.Random) -> AbstractContextManager[None]:
+    return parameter(system, chance.choice(SOURCES), "skip", 2, 1)
+
+
+def wrong_value(system: WatchedSystem, chance: random.Random) -> AbstractContextManager[None]:
+    return parameter(system, chance.choice(SOURCES), "value", chance.uniform(6.0, 99.0), 1.0)
+
+
+@contextlib.contextmanager
+def leak(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    node = chance.choice(SOURCES)
+    system.set_parameter(node, "leak", chance.choice((2, 3, 4)))
+    yield
+    os.kill(system.pid(node), signal.SIGKILL)  # it would keep what it has
+
+
+@contextlib.contextmanager
+def other_qos(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    """It offers less than is requested when it is started again."""
+    node = chance.choice(SOURCES)
+    system.marker.touch()
+    with system.run.connect() as connection:
+        connection.ask("restart", [f"/{node}"])
+    yield
+    system.marker.unlink()
+    with system.run.connect() as connection:
+        connection.ask("restart", [f"/{node}"])
+
+
+@contextlib.contextmanager
+def full_cpu(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    count = chance.randint(8, 12) * (os.cpu_count() or 1)
+    burners = [subprocess.Popen([sys.executable, "-c", _BURN]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for one in burners:
+            one.kill()
+        for one in burners:
+            one.wait()
+
+
+@contextlib.contextmanager
+def double_node(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    node = chance.choice(SOURCES)
+    words = ["-r", f"__node:={node}", "-p", f"topic:=/{node[-1]}"]
+    with system.program(sys.executable, NODES, "source", "--ros-args", *words):
+        time.sleep(1.0)  # until it is a node
+        yield
+
+
+@contextlib.contextmanager
+def clock_step(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    seconds = chance.choice((-1, 1)) * chance.uniform(0.5, 30.0)
+    _set_clock(system.folder, seconds)
+    yield
+    time.sleep(6.0)  # what the step causes is over
+    _set_clock(system.folder, 0.0)
+
+
+@contextlib.contextmanager
+def own_clock(folder: Path) -> Iterator[dict[str, str]]:
+    """A clock of the system alone, which can be set."""
+    if not Path(FAKETIME).exists():
+        raise NotHereError("libfaketime is not installed (apt install faketime)")
+    _set_clock(folder, 0.0)
+    yield {
+        "LD_PRELOAD": FAKETIME,
+        "FAKETIME_TIMESTAMP_FILE": str(folder / "clock"),
+        "FAKETIME_NO_CACHE": "1",
+        "FAKETIME_DONT_FAKE_MONOTONIC": "1",
+        "DONT_FAKE_MONOTONIC": "1",
+    }
+
+
+def _set_clock(folder: Path, seconds: float) -> None:
+    part = folder / "clock.part"
+    part.write_text(f"{seconds:+.3f}\n", encoding="ascii")
+    part.replace(folder / "clock")
+
+
+@contextlib.contextmanager
+def full_disk(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    filler = system.log_root / "filler"
+    with filler.open("wb") as file, contextlib.suppress(OSError):
+        while file.write(bytes(1024 * 1024)):
+            file.flush()
+    yield
+    filler.unlink()
+
+
+@contextlib.contextmanager
+def own_disk(folder: Path) -> Iterator[dict[str, str]]:
+    """A small file system for the log files."""
+    if os.geteuid():
+        raise NotHereError("only root can mount a file system")
+    log = folder / "log"
+    log.mkdir()
+    words = ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "tmpfs", str(log)]
+    subprocess.run(words, check=True)
+    try:
+        yield {}
+    finally:
+        subprocess.run(["umount", "-l", str(log)], check=True)
+
+
+INJECTIONS = {
+    "kill": Injection("death", kill),
+    "hang": Injection("suspension", hang),
+    "slow": Injection("slow process", slow),
+    "half rate": Injection("publisher", half_rate),
+    "other QoS after a restart": Injection("QoS", other_qos),
+    "full CPU": Injection("starvation", full_cpu),
+    "memory leak": Injection("growth", leak),
+    "wrong value": Injection("wrong value", wrong_value),
+    "double node": Injection("double node", double_node),
+    "clock step": Injection("clock step", clock_step, own_clock),
+    "full disk": Injection("full disk", full_disk, own_disk),
+}
