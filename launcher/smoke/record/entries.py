@@ -23,6 +23,7 @@ from launcher.smoke.record.recorded_runs import (
     rounded_up_s,
     within,
 )
+from launcher.smoke.record.timeliness_expectations import timeliness
 from launcher.smoke.record.topic_expectations import MANY_MESSAGES, names_of
 from launcher.smoke.record.watched_run import GET_STATE
 
@@ -312,6 +313,7 @@ _SECTIONS: Mapping[str, Callable[[Runs], Iterator[RecordedExpectation]]] = {
     "topics": topic_expectations.topics,
     "quality of service": topic_expectations.qualities,
     "rates": topic_expectations.rates,
+    "gaps and latencies": timeliness,
     "ids that do not repeat": identities,
     "services": _services,
     "the first line that says that a process is ready": _lines,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import random
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.observe.facts import Ending, Facts, LogLine, UsageSample
+from launcher.smoke.observe.facts import Ending, Facts, LogLine, ObservedMessage, UsageSample
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.record import entries
 from launcher.smoke.record.document import Head, document_of
@@ -18,6 +19,7 @@ from launcher.smoke.record.name_patterns import Names, without_random
 from launcher.smoke.record.observed_run import ObservedRun
 from launcher.smoke.record.recorded_runs import Runs
 from launcher.smoke.record.recording_session import write
+from launcher.smoke.record.timeliness_expectations import limit_s
 from launcher.smoke.record.topic_expectations import Rate, number_text, rate_of
 from tests.smoke.unit.facts import (
     EMPTY,
@@ -208,6 +210,30 @@ def test_a_recorded_file_says_what_all_runs_have_in_common():
     assert "left out: /private_*: another name in each run" in text
     assert "42 MB at most" in text and "robot_1, below: 90 MB" in text
     assert max(map(len, text.splitlines())) <= 100
+
+
+def aged(*delays_s: float) -> tuple[ObservedMessage, ...]:
+    """Messages of `/beat` that begin with a stamp, so much earlier than their arrival."""
+    ages = itertools.cycle(delays_s)
+    return tuple(replace(m, stamp_s=m.at_s - next(ages)) for m in ticks("/beat", 0.5))
+
+
+def test_gaps_are_recorded_for_topics_with_a_rate_and_latencies_where_there_are_stamps():
+    text = recorded(run(messages=aged(0.08, 0.09)), run(messages=aged(0.1, 0.12)))
+    assert "{gap: /beat, below: 2 s, after: ready}  # seen 500 ms at most" in text
+    assert "{latency: /beat, below: 500 ms, after: ready}  # seen 90 ms and 120 ms" in text
+    assert "latency" not in recorded(run(), run())
+    assert "gap: /beat" not in recorded(run(), run(messages=ticks("/beat", 3.0)))
+    simulated = recorded(run(messages=aged(1e9)), run(messages=aged(1e9)))
+    assert "left out: /beat: its stamps are no times of day" in simulated
+
+
+@pytest.mark.parametrize(
+    ("seen_s", "least_s", "found"),
+    [(0.1, 1.0, 1.0), (0.34, 1.0, 2.0), (1.02, 1.0, 5.0), (0.001, 0.2, 0.2), (9.0, 1.0, 50.0)],
+)
+def test_a_limit_is_rounded_up_so_that_the_next_recording_has_the_same(seen_s, least_s, found):
+    assert limit_s(seen_s, least_s) == pytest.approx(found)
 
 
 def test_ids_that_do_not_repeat_are_recorded():
