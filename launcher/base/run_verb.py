@@ -27,7 +27,8 @@ class Verb(Record):
     `behind`: options that the words behind the name set, the last one by the last word. `streams`:
     with the option `follow` it sends items until the run ends. `shell`: it is also a command of
     its own. `shorthand` reads words such as -9. `serve` answers requests: `module:function`, or
-    empty if the service of the control socket does.
+    empty if the service of the control socket does. `changing` names the options with which a verb
+    that otherwise only reads changes something.
     """
 
     usage: str
@@ -38,6 +39,7 @@ class Verb(Record):
     shell: bool = True
     shorthand: Callable[[str], tuple[Option, str] | None] | None = None
     serve: str = ""
+    changing: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

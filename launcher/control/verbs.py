@@ -144,7 +144,16 @@ VERBS = (
 
 
 ALIASES = {"exit": "quit", "q": "quit", "?": "help", "w": "web"}  # as in other prompts
-READ_ONLY = frozenset({"ps", "top", "logs", "info", "events", "stack"})
+# Verbs that change nothing, without the options that `Verb.changing` names.
+READ_ONLY = frozenset({"ps", "top", "logs", "info", "events", "faults", "stack", "plan", "help"})
+
+
+def only_reads(name: str, options: Mapping[str, Any]) -> bool:
+    """Whether a request changes nothing; False for an unknown verb."""
+    verb = find(name)
+    if verb is None or verb.name not in READ_ONLY:
+        return False
+    return all(options.get(one) is None for one in verb.changing)
 
 
 def find(name: str) -> Verb | None:

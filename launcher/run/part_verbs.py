@@ -93,6 +93,7 @@ VERBS = (
         ),
         streams=True,
         shell=False,
+        changing=("acknowledge", "mute", "unmute"),
         serve="launcher.faults.fault_watch:serve",
     ),
     Verb(

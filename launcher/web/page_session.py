@@ -13,7 +13,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from launcher.base import strict_json
 from launcher.base.text import typed_error
-from launcher.control.verbs import READ_ONLY
+from launcher.control.verbs import only_reads
 from launcher.posix.socket_directory import ControlError
 from launcher.web.graph_feed import CHANGING, READING, GraphFeed
 from launcher.web.hub import Hub, Message, PageOutbox, encode
@@ -30,7 +30,6 @@ _CLOSE_S = 2.0
 BROKEN, NO_KEY, TOO_MANY = 1011, 4403, 4429  # codes with which a socket is closed
 # Verbs of the control socket that a page does not need: they answer with a stream, or end the page.
 _NOT_HERE = frozenset({"pick", "detach"})
-_ONLY_SHOWS = READ_ONLY | {"plan", "runs", "help"}
 
 Request = dict[str, Any]
 
@@ -233,7 +232,7 @@ class PageSession:
         options = dict(request.get("options") or {})
         if options.pop("follow", False):
             raise BadRequestError("bad-request", "the page follows the run already")
-        self._allow(verb not in _ONLY_SHOWS)
+        self._allow(not only_reads(verb, options))
         names = [str(name) for name in request.get("names") or ()]
         try:
             async with self._connecting:
