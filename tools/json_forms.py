@@ -28,11 +28,16 @@ _PROCESS = (
     "name, label, state, pid, restarts, uptime_s, cpu_percent, uss_bytes, rss_bytes, threads, fds, "
     "node_names[], namespace, muted, hidden_by, muted_by_name, hidden_lines, level, grep, paused, "
     f"debugger, start, not_responding_s, {_EXIT}, host?, unit?, stop_after_s?, unreachable_s?, "
-    "ready?, ready_s?, waiting_for?, lacks?"
+    "ready?, ready_s?, waiting_for?, lacks?, faults?[]"
 )
 _INFO = (
     "cmd[], cwd, shell, start_text, package, executable, env{}, env_set{}, env_unset[], "
     "restart_policy, stop_policy, watched_files, log_file"
+)
+_FAULT = (
+    "fault, expectation, kind, place, state, expected, seen, value, unit, first_s, confirmed_s, "
+    "last_s, healed_s, count, lines[], message*, processes[], nodes[], topics[], cause, rule, "
+    "follows, incident, acknowledged{wall_s, reason}, muted{reason, until_s}"
 )
 _STAMP = "time, phase, cause, since_cause"
 _QOS = "reliability, durability, liveliness, deadline_ns, lease_ns"
@@ -125,6 +130,19 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             _DROPPED,
             lines=True,
             page=f"`{_EVENT}` and those of the [event](events.md), or `{_DROPPED}`",
+        ),
+        _form(
+            "faults",
+            f"faults[{_FAULT}], left_to_smoke[expectation, why], watching",
+            f"faults[{_FAULT}]",
+            note="[faults](faults.md); with `--acknowledge`, `--mute`, `--unmute` only the fault",
+        ),
+        _form(
+            "faults --follow",
+            f"{_FAULT}, change",
+            _DROPPED,
+            lines=True,
+            page="those of a fault, and `change`",
         ),
         _form("watch", "on, launch_files[], processes[name, watched, files[]]"),
         _form(

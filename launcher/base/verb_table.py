@@ -113,6 +113,12 @@ _TABLE = (
         "write one HTML file about an incident of a run: cause, timeline, graph, log, bag",
     ),
     (
+        "faults",
+        LOOK,
+        "launcher.faults.faults_verb",
+        "list what is wrong in a watched run, since when, and why",
+    ),
+    (
         "foxglove",
         LOOK,
         "launcher.ros.foxglove.verb",

@@ -130,6 +130,8 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         "warm" if row.get("start") == "warm" and row["pid"] is not None else "",
         filters(row),
     ]
+    if row.get("faults"):
+        remarks.append(f"faults: {first_of(row['faults'])}")
     if row["pid"] is None and row["last_exit"] is not None:
         remarks.append(row["last_exit"]["text"])
     return (
@@ -152,6 +154,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         **({"host": row["host"]} if "host" in row else {}),
         **({"unit": row["unit"]} if row.get("unit") else {}),
         "state": _with_concern(f"{row['state']}{', paused' if row['paused'] else ''}", row),
+        **({"faults": ", ".join(row["faults"])} if row.get("faults") else {}),
         **({"ready": readiness(row) or "-"} if "ready" in row else {}),
         "pid": _or_dash(row["pid"]),
         "started": _or_dash(row.get("start_text")),
@@ -197,6 +200,13 @@ def folder(row: Mapping[str, Any]) -> str:
     if not row["cwd"]:
         return f"the home on {row['host']}" if _is_elsewhere(row) else "same as the launcher"
     return str(row["cwd"]) if _is_elsewhere(row) else shown_path(row["cwd"])
+
+
+def first_of(names: Sequence[str] | None) -> str:
+    """`robot_1 reports +2`; empty without names."""
+    if not names:
+        return ""
+    return f"{names[0]} +{len(names) - 1}" if len(names) > 1 else names[0]
 
 
 def _or_dash(value: object) -> str:

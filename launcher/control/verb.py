@@ -74,7 +74,7 @@ def _find_run(which: str | None, call: Call) -> ListedRun:
     """As `find_run`; where no run is active, the error names the files of the last one."""
     name = call.verb.name
     try:
-        return find_run(which, _warn, read_only=name in verbs.READ_ONLY)
+        return find_run(which, _warn, read_only=verbs.only_reads(name, call.options))
     except NoActiveRunError as error:
         files = files_of_last_run(name, call.names)
         if name in ("start", "restart") and call.names[0] in launch_names(os.environ):
@@ -130,10 +130,10 @@ def _print_table(table: Any) -> None:
     from launcher.control.console.process_tables import render
     from launcher.output.stdout import wants_colour
 
-    print(render(table, _width(), colour=wants_colour(1, os.environ)), flush=True)
+    print(render(table, table_width(), colour=wants_colour(1, os.environ)), flush=True)
 
 
-def _width() -> int:
+def table_width() -> int:
     """Columns of the terminal; tables in a pipe are not truncated."""
     return (os.get_terminal_size(1).columns or 80) if sys.stdout.isatty() else WIDE
 
@@ -169,7 +169,7 @@ def _ps(connection: Connection, call: Call, options: Parsed) -> int:
     if options.json:
         print_document(result)
     elif call.verb.name == "ps":
-        _print_table(process_table(found, _width()))
+        _print_table(process_table(found, table_width()))
         for note in notes(result):
             print(note)
     else:
@@ -198,7 +198,7 @@ def _print_in_order(found: Sequence[Mapping[str, Any]]) -> None:
     from launcher.control.console.process_tables import process_table
     from launcher.control.console.top import Top
 
-    _print_table(process_table(Top().sorted(found), _width()))
+    _print_table(process_table(Top().sorted(found), table_width()))
 
 
 def _lines(connection: Connection, call: Call, options: Parsed) -> int:

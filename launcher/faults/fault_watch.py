@@ -10,9 +10,10 @@ import time
 from collections.abc import Callable, Mapping
 
 from launcher.base import strict_json
-from launcher.base.model.fault_events import FaultConfirmed, FaultHealed, with_cause
+from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
+from launcher.control.fault_texts import fault_line, is_reported
 from launcher.faults.watch_options import settings_of
 from launcher.run.helpers.client_process import ClientProcess
 from launcher.run.part import Part
@@ -67,6 +68,10 @@ class FaultWatch(Part):
         """The faults that were confirmed and are not healed, by their first time."""
         found = (one for one in self.faults.values() if one["state"] == "active")
         return sorted(found, key=lambda one: one["first_s"])
+
+    def reported(self) -> list[Document]:
+        """The same without those that are muted."""
+        return [one for one in self.active() if is_reported(one)]
 
     # ---- what the watcher reports
 
@@ -146,12 +151,16 @@ class FaultWatch(Part):
         self._process.close()
         self._fail("the run has ended")
 
-    # ---- what is known of processes
+    # ---- what is known of the run and its processes
+
+    def greeting(self) -> Mapping[str, object]:
+        """How many faults are active, for the status bar of the console."""
+        return {"active_faults": len(self.reported())}
 
     def row(self, process: Process) -> Mapping[str, object]:
         """The names of the active faults that are about it, in `ps`."""
         name = process.name
-        return {"faults": [one["fault"] for one in self.active() if name in one["processes"]]}
+        return {"faults": [one["fault"] for one in self.reported() if name in one["processes"]]}
 
 
 def serve(request: VerbRequest) -> None:
@@ -169,7 +178,7 @@ def serve(request: VerbRequest) -> None:
     else:
         table = sorted(watch.faults.values(), key=lambda one: one["first_s"])
         result = {"faults": table, "left_to_smoke": watch.left, "watching": watch.is_watching}
-        exchange.reply(result, [_line(one) for one in table] or ["no fault"])
+        exchange.reply(result, [fault_line(one) for one in table] or ["no fault"])
 
 
 def _serve_change(
@@ -185,7 +194,7 @@ def _serve_change(
         if "error" in answer:
             exchange.fail(BadCallError("wrong-state", answer["error"]))
         else:
-            exchange.reply({"faults": [answer["answer"]]}, [_line(answer["answer"])])
+            exchange.reply({"faults": [answer["answer"]]}, [fault_line(answer["answer"])])
 
     watch.change(change, name, more, done)
 
@@ -200,12 +209,3 @@ def _follow(watch: FaultWatch, exchange: Exchange) -> None:
         send(fault, "present")
     watch.listeners.append(send)
     exchange.on_end = lambda: watch.listeners.remove(send)
-
-
-def _line(fault: Document) -> str:
-    """One fault in a line, for users."""
-    clock = time.strftime("%H:%M:%S", time.localtime(fault["first_s"]))
-    seen = with_cause(fault["seen"], fault["cause"])
-    follows = f" (follows from '{fault['follows']}')" if fault["follows"] else ""
-    marks = "".join(f", {mark}" for mark in ("acknowledged", "muted") if fault[mark])
-    return f"{clock} {fault['state']}{marks}: {fault['fault']}: {seen}{follows}"

@@ -8,6 +8,7 @@ from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
+from launcher.base.text import count
 from launcher.control.answer_lines import concern, readiness, unreachable
 from launcher.control.console.short_forms import (
     cpu,
@@ -47,12 +48,13 @@ def status_lines(
     hint: str,
     few: bool,
     page: str = "",
+    faults: int = 0,
 ) -> list[Line]:
     """The status bar; `hint` explains the keys of what is open, `few` asks for a single line.
 
-    `page` is the link of the page in the browser.
+    `page` is the link of the page in the browser; `faults`, how many are active in a watched run.
     """
-    first = status_line(processes, columns)
+    first = _behind_faults(faults, processes, columns)
     filters = filter_line(processes, columns)
     if hint:
         keys = _with_page(fitted([("class:bar.waiting", hint)], columns), page, columns)
@@ -102,6 +104,14 @@ def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
         if width(line) <= columns:
             return line
     return fitted(line, columns)
+
+
+def _behind_faults(faults: int, processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
+    """`status_line` behind `2 faults`, which is never left out."""
+    if not faults:
+        return status_line(processes, columns)
+    mark: Line = [("class:bar.trouble", count(faults, "fault")), SEPARATOR]
+    return fitted([*mark, *status_line(processes, max(0, columns - width(mark)))], columns)
 
 
 def short_names(processes: Sequence[Mapping[str, Any]]) -> dict[str, str]:
@@ -244,7 +254,7 @@ def _figures(process: Mapping[str, Any]) -> list[str]:
 def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -> Iterator[Line]:
     """Counts, with names of processes in trouble: the longest form first."""
     states = Counter(_counted_as(p) for p in processes)
-    counts = ", ".join(f"{count} {state}" for state, count in states.most_common())
+    counts = ", ".join(f"{number} {state}" for state, number in states.most_common())
     first: Line = [("class:bar", counts)]
     troubled = [p for p in processes if is_in_trouble(p)]
     cells = [_cell(p, names[p["name"]]) for p in troubled]

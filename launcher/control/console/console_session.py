@@ -87,6 +87,7 @@ class ConsoleSession:
         self._shell_verbs = ShellVerbs(run, self._display, self._terminal)
         self._processes: Sequence[Mapping[str, Any]] = ()
         self._page = ""  # its link, if one is served
+        self._faults = 0  # that are active
         self._tasks: set[asyncio.Future[Any]] = set()
         self._lines: deque[str] = deque()
         self._is_answering = False
@@ -201,6 +202,7 @@ class ConsoleSession:
     def _query(self) -> Sequence[Mapping[str, Any]]:
         with self._run.connect() as connection:
             self._page = str(connection.hello.get("page", ""))
+            self._faults = int(connection.hello.get("active_faults", 0))
             found: Sequence[Mapping[str, Any]] = connection.ask("ps").result["processes"]
             return found
 
@@ -229,7 +231,15 @@ class ConsoleSession:
         hint = self.panel.hint(columns) or self._shell_verbs.hint or self.help.hint
         if self._watch is not None and self.is_watching():
             hint = self._watch.hint
-        return status_lines(self._processes, folder, columns, hint=hint, few=few, page=self._page)
+        return status_lines(
+            self._processes,
+            folder,
+            columns,
+            hint=hint,
+            few=few,
+            page=self._page,
+            faults=self._faults,
+        )
 
     # ---- input
 

@@ -17,6 +17,7 @@ from launcher.base.text import count
 from launcher.control.answer_lines import (
     concern,
     filters,
+    first_of,
     folder,
     log_file,
     readiness,
@@ -36,6 +37,7 @@ Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 GAP = 2  # blanks between two columns
 MIN_TEXT = 40  # columns for texts beside names
 MIN_REST = 10  # columns for a last exit; with fewer it is not shown
+MAX_FAULTS = 30
 MIN_NAME, MIN_STATE, MIN_SHOWN = 14, 8, 16
 NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, if not all columns fit
 _STATE_STYLES = {"running": "green", "backoff": "yellow", "stopping": "yellow"}
@@ -76,6 +78,8 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     if one.get("unit"):
         yield "unit", one["unit"]
     yield "state", state(one)
+    if one.get("faults"):
+        yield "faults", list(one["faults"])
     if "ready" in one:
         yield "ready", readiness(one) or "-"
     yield "pid", _text(one["pid"])
@@ -165,6 +169,10 @@ def state(process: Process) -> Text:
     return Text(text, _STATE_STYLES.get(word, "red" if is_in_trouble(process) else ""))
 
 
+def _faults(process: Process) -> Text:
+    return Text(end_cut(first_of(process.get("faults")), MAX_FAULTS), "red")
+
+
 COLUMNS = (
     Column("name", lambda process: Text(process["name"]), is_left=True),
     Column("state", state, is_left=True),
@@ -176,6 +184,7 @@ COLUMNS = (
     Column("USS", _figure("uss_bytes", memory), 6),
     Column("threads", _figure("threads"), 1),
     Column("start", _figure("start"), 1, is_left=True),
+    Column("faults", _faults, 9, is_left=True),
     Column("shown", lambda process: Text(filters(process) or "all"), 4, is_left=True),
 )
 
@@ -186,6 +195,8 @@ def process_table(found: Sequence[Process], columns: int, *, has_head: bool = Tr
     left_out = {"host"} if not has_hosts else set()
     if all(process.get("start") != "warm" for process in found):
         left_out.add("start")
+    if not any(process.get("faults") for process in found):
+        left_out.add("faults")
     shown = [column for column in COLUMNS if column.title not in left_out]
     cells = {column: [column.cell(process) for process in found] for column in shown}
     widths = _widths(cells, columns)

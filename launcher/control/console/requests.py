@@ -15,6 +15,7 @@ from launcher.base.verb_table import VERBS as COMMAND_VERBS
 from launcher.control.active_runs import ListedRun
 from launcher.control.answer_lines import event_line, notes, without_colour
 from launcher.control.client import Reply
+from launcher.control.console.fault_table import fault_table
 from launcher.control.console.process_tables import details, manual, process_table, render, stacked
 from launcher.control.verbs import EVERYTHING, VERBS, explained, find, parse
 from launcher.posix.socket_directory import ControlError
@@ -130,6 +131,8 @@ def _table(call: Call, reply: Reply, columns: int) -> RenderableType | None:
     found = reply.result.get("processes")
     if call.verb.name == "ps" and found is not None:
         return Group(process_table(found, columns), *map(Text, notes(reply.result)))
+    if call.verb.name == "faults" and "watching" in reply.result:
+        return fault_table(reply.result, columns)
     if call.verb.name == "info" and found:
         return stacked([details(one) for one in found])
     return None

@@ -15,6 +15,7 @@ from launcher.control.client import Connection
 from launcher.control.console.display import GUTTER, SHORT_ROWS, Display
 from launcher.control.console.requests import problem
 from launcher.control.console.top import KEYS_HINT, Top
+from launcher.control.fault_texts import FaultLines
 from launcher.posix.socket_directory import ControlError
 
 
@@ -40,6 +41,9 @@ class StreamView:
         self._top = Top()
         self._found: Sequence[Mapping[str, Any]] | None = None
         self._drawn: tuple[Size, str] | None = None
+        self._line_of = {"logs": log_line, "faults": FaultLines().of}.get(
+            call.verb.name, event_line
+        )
         self._is_table = call.verb.name == "top"
         self.hint = (
             f"{KEYS_HINT} | any other key ends this" if self._is_table else "any key ends this"
@@ -68,12 +72,13 @@ class StreamView:
     def _show(self, item: Mapping[str, Any]) -> None:
         if self.is_closed:
             return
-        if "processes" in item:
-            self._found = item["processes"]
+        if self._is_table:
+            self._found = self._found if "dropped" in item else item["processes"]
             self._redraw()
         else:
-            line = (log_line if self._call.verb.name == "logs" else event_line)(item)
-            self._display.answer(line if self._display.colour else without_colour(line))
+            line = self._line_of(item)
+            if line is not None:
+                self._display.answer(line if self._display.colour else without_colour(line))
 
     def press(self, key: str) -> None:
         """Scroll or sort the table, or close."""

@@ -109,6 +109,8 @@ def test_only_one_module_prints_answers():
 ELSEWHERE = {
     "debug": "control/process/test_debug.py",
     "loglevel": "run/process/test_log_levels.py",
+    "faults": "faults/process/test_faults_verb.py",
+    "faults --follow": "faults/process/test_faults_verb.py",
     "snapshot": "bag/ros/test_flight_recorder.py",
     "doctor --report": "doctor/ros/test_report.py",
     "doctor --uninstall-list": "doctor/process/test_remains.py",

@@ -1,0 +1,61 @@
+"""The table of `faults`, as wide as the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from launcher.base.text import escape
+from launcher.control.console.process_tables import GAP
+from launcher.control.fault_texts import arranged, left_lines, since, state_word
+
+NONE = "no fault"
+NOT_WATCHING = "the watcher is not running: these are the last faults that it has reported"
+WIDE = 110  # columns from which a cause has a column, and else follows what was seen
+INDENT = 2  # of a fault that follows from another
+_STYLES = {
+    "active": "red",
+    "acknowledged": "yellow",
+    "suspected": "yellow",
+    "muted": "dim",
+    "healed": "green",
+}
+
+
+def fault_table(result: Mapping[str, Any], columns: int) -> RenderableType:
+    """The answer of `faults`: a row for each fault, and what is left to smoke."""
+    faults = result["faults"]
+    parts: list[RenderableType] = [_table(faults, columns) if faults else Text(NONE)]
+    if not result.get("watching", True):
+        parts.append(Text(NOT_WATCHING, "yellow"))
+    parts += [Text(line, "dim") for line in left_lines(result.get("left_to_smoke", ()))]
+    return Group(*parts)
+
+
+def _table(faults: Iterable[Mapping[str, Any]], columns: int) -> Table:
+    is_wide = columns >= WIDE
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, GAP, 0, 0))
+    for title in ("state", "fault", "since", "seen", *(("cause",) if is_wide else ())):
+        table.add_column(title, overflow="fold", no_wrap=title == "state")
+    for depth, fault in arranged(faults):
+        word, seen, cause = state_word(fault), _text(fault["seen"]), _text(fault["cause"] or "")
+        times = f" x{fault['count']}" if fault["count"] > 1 else ""
+        if not is_wide and cause:
+            seen = Text("\n").join([seen, Text.assemble("because: ", cause, style="dim")])
+        table.add_row(
+            Text(f"{word}{times}", _STYLES.get(word, "")),
+            Padding(_text(fault["fault"]), (0, 0, 0, INDENT * depth)),
+            Text(since(fault)),
+            seen,
+            *((cause,) if is_wide else ()),
+        )
+    return table
+
+
+def _text(text: str) -> Text:
+    return Text(escape(str(text), keep="\n"))

@@ -1,0 +1,106 @@
+"""`faults`: what is wrong in a watched run, from another shell."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from launcher.base.command_line import Command
+from launcher.base.errors import ExitCode, UsageError
+from launcher.base.option import DEBUG, option
+from launcher.base.verb_table import VERBS
+from launcher.control import verbs
+from launcher.control.active_runs import find_run
+from launcher.control.client import Connection
+from launcher.control.fault_texts import FaultLines, is_reported
+from launcher.posix.json_output import print_document, print_line
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.base.run_verb import Call
+
+_VERB = verbs.known("faults")  # the same of the control socket
+COMMAND = Command(
+    "faults",
+    VERBS["faults"],
+    synopsis="[-f] [--check] [--mute FAULT] [--run ID] [--json]",
+    about="""\
+List the faults of a run that was started with --watchful or --expect, each with its cause; one
+that follows from another is indented below it. With -f, print a line for each change until Ctrl-C
+or the end of the run.""",
+    options=(
+        *_VERB.options,
+        option("--check", "exit with code 1 if a fault is active that is not muted"),
+        option("--json", "print one JSON object; with -f, one per line"),
+        option("--run ID", "id, pid or target of the run, or the beginning of one of these"),
+        DEBUG,
+    ),
+    exclusive=(("follow", "check"), ("acknowledge", "mute", "unmute")),
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Show the faults, or change one; the exit code."""
+    options = COMMAND.parse(words)
+    call = verbs.call_of(_VERB, options)
+    _check(call)
+    run = find_run(options.run, _warn, read_only=verbs.only_reads("faults", call.options))
+    with run.connect() as connection:
+        if options.follow:
+            return _follow(connection, call, as_json=options.json)
+        return _show(connection, call, as_json=options.json, checks=options.check)
+
+
+def _check(call: Call) -> None:
+    """UsageError for options that do not belong together."""
+    given = call.options
+    changes = [name for name in _VERB.changing if name in given]
+    if changes and given.get("follow"):
+        raise UsageError(f"--{changes[0]} and --follow exclude each other")
+    if "for_s" in given and "mute" not in given:
+        raise UsageError("--for belongs to --mute")
+    if "reason" in given and not {"acknowledge", "mute"} & given.keys():
+        raise UsageError("--reason belongs to --acknowledge and --mute")
+
+
+def _follow(connection: Connection, call: Call, *, as_json: bool) -> int:
+    lines = FaultLines()
+    try:
+        for item in connection.follow("faults", (), **call.options):
+            if as_json:
+                print_line(item)
+            elif line := lines.of(item):
+                print(line, flush=True)
+    except KeyboardInterrupt:
+        pass  # its normal end
+    return ExitCode.OK
+
+
+def _show(connection: Connection, call: Call, *, as_json: bool, checks: bool) -> int:
+    reply = connection.ask("faults", (), **call.options)
+    result = reply.result
+    if as_json:
+        print_document(result)
+    elif set(_VERB.changing) & call.options.keys():
+        print("\n".join(reply.text))
+    else:
+        _print_table(result)
+    is_wrong = checks and any(map(is_reported, result["faults"]))
+    return ExitCode.PROCESS_FAILED if is_wrong else ExitCode.OK
+
+
+def _print_table(result: dict[str, Any]) -> None:
+    from launcher.control.console.fault_table import fault_table
+    from launcher.control.console.process_tables import render
+    from launcher.control.verb import table_width
+    from launcher.output.stdout import wants_colour
+
+    columns = table_width()
+    print(render(fault_table(result, columns), columns, colour=wants_colour(1, os.environ)))
+
+
+def _warn(text: str) -> None:
+    print(f"note: {text}", file=sys.stderr)

@@ -1,0 +1,97 @@
+"""`faults` in a shell, of a run whose watcher reports what the test says."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from tests.support.benches import ControlBench
+from tests.support.controlled_run import ControlledRun
+from tests.support.json_forms import fit
+from tests.support.waiting import wait_until
+from tests.support.watcher_stand_in import IN_PLACE, Reports
+
+
+@pytest.fixture
+def reports(control_bench: ControlBench) -> Reports:
+    made = Reports(control_bench.folder)
+    control_bench.env.update(made.env)
+    return made
+
+
+@pytest.fixture
+def watched(control_bench: ControlBench, reports: Reports) -> Iterator[ControlledRun]:
+    """A watched run with the process `cat-1`."""
+    actions = f'{IN_PLACE} sh("exec cat", name="cat")'
+    with control_bench.launch(actions, "--watchful") as run:
+        yield run
+
+
+def has_fault(run: ControlledRun, name: str) -> bool:
+    return any(one["fault"] == name for one in run.ask("faults")["faults"])
+
+
+def test_the_table_the_document_and_the_exit_code(watched: ControlledRun, reports: Reports):
+    wait_until(lambda: "faults" in watched.row("cat"), "the part that watches")
+    assert watched.shell("faults", "--check").stdout == "no fault\n"
+    reports.write({"left": [{"expectation": "it ends", "why": "its end is needed"}]})
+    reports.fault("confirmed", name="no status", follows="robot_1 reports", cause=None)
+    reports.fault("confirmed")
+    wait_until(lambda: has_fault(watched, "robot_1 reports"), "the fault")
+
+    head, first, second, left = watched.shell("faults").stdout.splitlines()
+    assert head.split() == ["state", "fault", "since", "seen", "cause"]
+    assert first.startswith("active  robot_1 reports")
+    assert first.endswith("no message for 3.0 s  cat-1 was killed (SIGKILL)")
+    assert second.startswith("active    no status")
+    assert left == "left to smoke, its end is needed: it ends"
+    (document,) = fit("faults", watched.shell("faults", "--json").stdout)
+    assert [one["fault"] for one in document["faults"]] == ["no status", "robot_1 reports"]
+    assert watched.shell("faults", "--check").returncode == 1
+    assert watched.row("cat")["faults"] == ["no status", "robot_1 reports"]
+    assert "  no status +1  " in watched.shell("ps").stdout
+    assert "faults       no status\n" in watched.shell("info", "cat").stdout
+
+    for name in ("no status", "robot_1 reports"):
+        answer = watched.shell("faults", "--mute", name, "--for", "60", "--reason", "tests")
+        assert f"muted: {name}" in answer.stdout, answer.stderr
+    assert watched.shell("faults", "--check").returncode == 0
+    assert "faults" not in watched.shell("ps").stdout
+    answer = watched.shell("faults", "--mute", "robot_1 report")
+    assert (answer.returncode, answer.stderr.splitlines()[1]) == (
+        2,
+        "hint: did you mean 'robot_1 reports'?",
+    )
+
+
+def test_changes_are_followed_until_ctrl_c(watched: ControlledRun, reports: Reports):
+    wait_until(lambda: "faults" in watched.row("cat"), "the part that watches")
+    reports.fault("suspected", state="suspected", confirmed_s=None)
+    wait_until(lambda: has_fault(watched, "robot_1 reports"), "the fault")
+    texts = watched.shell_start("faults", "-f")
+    lines = watched.shell_start("faults", "-f", "--json")
+    assert " suspected: robot_1 reports: " in texts.stdout.readline()
+    assert json.loads(lines.stdout.readline())["change"] == "present"
+    reports.fault("updated", state="suspected", confirmed_s=None, seen="no message for 3.1 s")
+    reports.fault("confirmed")
+    assert " confirmed: robot_1 reports: " in texts.stdout.readline()
+    heads = [lines.stdout.readline() for _ in range(2)]
+    assert [json.loads(one)["change"] for one in heads] == ["updated", "confirmed"]
+    for follower in (texts, lines):
+        follower.send_signal(signal.SIGINT)
+        assert follower.communicate(timeout=60) == ("", "")
+        assert follower.returncode == 0
+    fit("faults --follow", "".join(heads))
+
+
+def test_a_run_that_is_not_watched_is_an_error_with_a_hint(run: ControlledRun):
+    answer = run.shell("faults")
+
+    assert answer.returncode == 1
+    assert answer.stderr == (
+        "error: this run is not watched\n"
+        "hint: start the run with --watchful, or with --expect FILE\n"
+    )
