@@ -26,6 +26,11 @@ def is_reported(fault: Fault) -> bool:
     return fault["state"] == "active" and fault["muted"] is None
 
 
+def is_gone(item: Fault) -> bool:
+    """Whether an item of `faults -f` is the end of a suspicion that was never confirmed."""
+    return item["change"] == "dismissed" and not item["count"]
+
+
 def state_word(fault: Fault) -> str:
     """Its state; of an active one also `muted` or `acknowledged`."""
     if fault["state"] == "active":

@@ -13,7 +13,7 @@ from launcher.base import strict_json
 from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
-from launcher.control.fault_texts import fault_line, is_reported
+from launcher.control.fault_texts import fault_line, is_gone, is_reported
 from launcher.faults.watch_options import settings_of
 from launcher.run.helpers.client_process import ClientProcess
 from launcher.run.part import Part
@@ -92,7 +92,7 @@ class FaultWatch(Part):
             self._waiting.pop(report["id"])(report)
 
     def _changed(self, fault: Document, change: str) -> None:
-        if change == "dismissed":
+        if is_gone({**fault, "change": change}):
             self.faults.pop(fault["fault"], None)
         else:
             self.faults[fault["fault"]] = fault
@@ -166,10 +166,10 @@ class FaultWatch(Part):
 def serve(request: VerbRequest) -> None:
     """The verb `faults`: the table, a stream of changes, or a change by a user; BadCallError."""
     run, options, exchange = request.run, request.call.options, request.exchange
-    if not (run.options.watchful or run.options.expect):
+    if not run.options.watchful and run.options.expect is None:
         hint = "start the run with --watchful, or with --expect FILE"
         raise BadCallError("wrong-state", "this run is not watched", hint)
-    watch = run.parts.need(FaultWatch)  # which a client may ask for before it has begun
+    watch = run.parts.need(FaultWatch)  # which may not have begun yet
     change = next((name for name in _CHANGES if name in options), None)
     if change is not None:
         _serve_change(watch, change, options, exchange)

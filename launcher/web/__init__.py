@@ -11,8 +11,9 @@ evaluates the launch file again for its tree.
   token in the link, then a cookie.
 * `hub` sends messages to all pages, encoded once; a page that reads slowly delays nobody.
   `page_session` sends one page what is queued, and answers its requests.
-* `run_feed` follows the run, by `run_client`, and keeps its last lines. `graph_feed` follows the
-  probe, by `page_probe`: `graph_state` is the graph as pages see it, `layout` where it is drawn.
+* `run_feed` follows the run, by `run_client`, and keeps its last lines; `fault_feed`, its faults.
+  `graph_feed` follows the probe, by `page_probe`: `graph_state` is the graph as pages see it,
+  `layout` where it is drawn.
 * `metrics` is what the feeds know, for Prometheus (docs/guides/metrics.md).
 * `assets` finds our files in `page/` and those of libraries; `page_bundle` joins the modules into
   one script when the server starts; `frozen` makes one HTML file of the page that opens from disk.
@@ -57,6 +58,8 @@ server closes with 4403 without the key, 4429 if 100 pages are open, 1011 after 
 * `points`, of a subscribed plot: `topic`, `field`, `points` (time, value; null: a gap), `reset`.
 * `plan`, as `plan --json`, with the `name` of each process, and `tree`.
 * `expectations`, of a smoke run: `title`, `state` (`open`, `passed`, `failed`), `wall`, `detail`.
+* `faults`, of a watched run: `items`: faults (docs/reference/faults.md); `gone`: names of those
+  that are none any more; `reset`: they replace what was sent.
 * `ended`: `wall`, `how` (`ended`, or `lost` if the launcher was killed), `text`.
 * `alive`, every 2 s: `silent_s`, since the last message of the launcher.
 * `slow`: `text`: how many lines were left out, since this page reads too slowly.

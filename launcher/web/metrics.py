@@ -21,6 +21,7 @@ LAUNCHER = "launch"  # the name of the launcher among the processes
 STATES = ("STOPPED", "STARTING", "RUNNING", "BACKOFF", "STOPPING", "EXITED", "FATAL")
 NODE_STATES = ("running", "ghost", "gone")
 EXPECTATION_STATES = ("open", "passed", "failed")
+FAULT_STATES = ("suspected", "active", "healed")
 _TOTAL = "_total"
 
 Document = Mapping[str, Any]
@@ -81,6 +82,13 @@ DEFINITIONS = (
     MetricDefinition("launcher_topic_age_seconds", _TOPIC, "Time since the last message"),
     MetricDefinition("launcher_topic_messages_total", _TOPIC, "Messages since it is measured"),
     MetricDefinition("launcher_expectations", ("state",), "Expectations of a smoke run"),
+    MetricDefinition("launcher_faults", ("state",), "Faults of a watched run"),
+    MetricDefinition(
+        "launcher_fault_active", ("fault", "expectation"), "1 while the fault is active, else 0"
+    ),
+    MetricDefinition(
+        "launcher_faults_confirmed_total", ("fault",), "How often the fault was confirmed"
+    ),
 )
 
 
@@ -107,6 +115,7 @@ class Metrics(Collector):
             _of_graph(self._graph.graph),
             _of_traffic(self._graph.traffic),
             _of_expectations(self._run.expectations),
+            _of_faults(self._run.faults.known),
         ):
             for name, labels, value in part:
                 values.setdefault(name, []).append((labels, value))
@@ -185,3 +194,15 @@ def _of_expectations(message: Document | None) -> Part:
     states = Counter(one.get("state") for one in message["items"])
     for state in EXPECTATION_STATES:
         yield "launcher_expectations", (state,), states[state]
+
+
+def _of_faults(known: Mapping[str, Document] | None) -> Part:
+    if known is None:
+        return
+    states = Counter(one["state"] for one in known.values())
+    for state in FAULT_STATES:
+        yield "launcher_faults", (state,), states[state]
+    for name, one in known.items():
+        labels = (name, one["expectation"])
+        yield "launcher_fault_active", labels, int(one["state"] == "active")
+        yield "launcher_faults_confirmed_total", (name,), one["count"]

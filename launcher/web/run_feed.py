@@ -14,6 +14,7 @@ from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_events import Ended, Reloaded, Started
 from launcher.control.answer_lines import event_line
+from launcher.web.fault_feed import FaultFeed
 from launcher.web.hub import Hub, Message
 from launcher.web.log_store import LogStore
 from launcher.web.page_plan_tree import Tree, named, numbered, read_tree
@@ -41,6 +42,7 @@ class RunFeed:
         self.ended: Message | None = None
         self.plan: dict[str, Any] | None = None
         self.expectations: Message | None = None
+        self.faults = FaultFeed(hub)
         self._hub = hub
         self._on_end = on_end
         self._requests = RunClient(self._has_ended)
@@ -86,6 +88,7 @@ class RunFeed:
         self._requests.follow("events", self._take_event)
         self._requests.follow("top", self._take_processes)
         self._lines.follow("logs", self._take_line, lines=_EARLIER_LINES, max_rate=LINES_PER_S)
+        self.faults.start(self._requests)
         self._plan_soon()
         self._beating = self._hub.start(self._beat())
 
@@ -251,6 +254,7 @@ class RunFeed:
         self.ended = {"event": "ended", "wall": time.time(), "how": how, "text": text}
         with contextlib.suppress(RuntimeError):
             self.flush()
+            self.faults.flush()
             self._hub.send(self._processes(time.time()))
             self._hub.send(self.ended)
         self._on_end()
@@ -268,6 +272,7 @@ class RunFeed:
             {"event": "lines", "first": first, "lines": lines},
         ]
         messages += [one for one in (self.plan, self.expectations) if one is not None]
+        messages += self.faults.opening()
         if self.ended is not None:
             messages.append(self.ended)
         return messages

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from launcher.web.metrics import DEFINITIONS, NODE_STATES, STATES
+from launcher.web.metrics import DEFINITIONS, FAULT_STATES, NODE_STATES, STATES
 from tests.support.repository import DOCS, docs_page
 
 DASHBOARD: dict[str, Any] = json.loads(
@@ -100,4 +100,4 @@ def test_the_manual_has_every_metric_with_its_labels():
 
 def test_the_manual_has_the_values_of_the_labels():
     text = docs_page("metrics")
-    assert all(f"`{state}`" in text for state in (*STATES, *NODE_STATES))
+    assert all(f"`{state}`" in text for state in (*STATES, *NODE_STATES, *FAULT_STATES))

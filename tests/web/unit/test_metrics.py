@@ -9,8 +9,11 @@ from prometheus_client.openmetrics.parser import (
 )
 from prometheus_client.parser import text_string_to_metric_families
 
+from launcher.web.fault_feed import FaultFeed
+from launcher.web.hub import Hub
 from launcher.web.log_store import LogStore
 from launcher.web.metrics import DEFINITIONS, Metrics
+from tests.support.watcher_stand_in import fault
 
 HOSTILE = 'a"b\\c\nd{e="f"} 1'
 
@@ -24,6 +27,7 @@ class Feed:
         self.rows: list[dict[str, Any]] = []
         self.log = LogStore()
         self.expectations: dict[str, Any] | None = None
+        self.faults = FaultFeed(Hub(lambda: None))
         self.graph: dict[str, Any] | None = None
         self.traffic: dict[str, dict[str, Any]] = {}
         for name, value in more.items():
@@ -98,6 +102,20 @@ def test_expectations_by_state():
     found = scraped(expectations={"items": items})
     counts = [found["launcher_expectations", state] for state in ("passed", "open", "failed")]
     assert counts == [2, 1, 0]
+
+
+def test_faults_of_a_watched_run_by_state_and_by_name():
+    assert not [key for key in scraped() if key[0].startswith("launcher_fault")]
+    feed = FaultFeed(Hub(lambda: None))
+    faults = [fault("a", count=2, expectation="e"), fault("b", state="healed"), fault(HOSTILE)]
+    feed.known = {one["fault"]: one for one in faults}
+    found = scraped(faults=feed)
+    counts = [found["launcher_faults", state] for state in ("suspected", "active", "healed")]
+    assert counts == [0, 2, 1]
+    assert found["launcher_fault_active", "e", "a"] == 1
+    assert found["launcher_fault_active", "b", "b"] == 0
+    assert found["launcher_faults_confirmed_total", "a"] == 2
+    assert found["launcher_faults_confirmed_total", HOSTILE] == 1
 
 
 def test_names_are_labels_whatever_they_are():
