@@ -1,7 +1,8 @@
 """Waits until rclpy has discovered the complete graph, and no longer.
 
 Complete: every participant that holds ports of this domain on this machine has been discovered and
-has published its nodes. Participants on other hosts hold no ports here, so where they may exist
+has published its nodes, and rclpy has all endpoints that a prefetch has read: it may be quiet while
+a lost message is repeated. Participants on other hosts hold no ports here, so where they may exist
 (discovery range SUBNET) there is a shortest time as well.
 
 The limit is above 3 s because answers to the announcement of a new participant may be lost, and
@@ -18,9 +19,9 @@ from typing import TYPE_CHECKING
 
 from launcher.posix.domains import SPIN_TIME_S, least_wait_s
 from launcher.posix.ports import participants_by_domain
-from launcher.ros.discovery.gids import PARTICIPANT_BYTES, ghosts, same_host
+from launcher.ros.discovery.gids import PARTICIPANT_BYTES, ghosts, participant_of, same_host
 from launcher.ros.discovery.reannounce import reannounce_to_silent
-from launcher.ros.snapshot.ros_graph import UNKNOWN_NODE, GraphSnapshot
+from launcher.ros.snapshot.ros_graph import UNKNOWN_NODE, Direction, EndpointInfo, GraphSnapshot
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -29,6 +30,9 @@ QUIET_S = 0.1  # the samples of one participant arrive within a few milliseconds
 # A discovery server passes them on in rounds: with 40 nodes, participants were known after 0.7 s,
 # their names after 1.1 s, and their endpoints after 1.8 s.
 QUIET_OF_SERVER_S = 0.3
+# Fast DDS repeats a lost message 0.11 s after the next heartbeat, perhaps more than once. What only
+# the prefetch has seen after this time has been destroyed meanwhile.
+_OUTDATED_S = 1.0
 _EVENTS = "/parameter_events"  # every node publishes it
 _PERIOD_S = 0.02  # reading the graph delays the threads that discover
 _REANNOUNCE_S = 0.05  # answers that are on their way have arrived by then
@@ -68,7 +72,9 @@ def settle(
         quiet = now - changed >= quiet_s and waited_s >= shortest_s
         if quiet or waited_s >= spin_time_s:
             missing = _missing(observer)
-            if waited_s >= spin_time_s or (missing == 0 and not _nameless(observer)):
+            complete = missing == 0 and not _nameless(observer)
+            outdated = now - changed >= _OUTDATED_S
+            if waited_s >= spin_time_s or (complete and (outdated or not _lags(observer))):
                 return Settled(missing=missing, waited_s=waited_s)
         time.sleep(_PERIOD_S)
 
@@ -81,6 +87,27 @@ def settled_graph(
         settle(observer, spin_time_s, enough=lambda: enough(observer.graph_snapshot()))
         graph = observer.graph_snapshot()
     return graph
+
+
+def _lags(observer: Observer) -> bool:
+    """Whether the prefetch has endpoints, or names of their nodes, that rclpy has yet to discover.
+
+    Only of participants that rclpy has discovered: others may have ended meanwhile.
+    """
+    if observer.is_prefetching:
+        return True
+    if (graph := observer.prefetched_graph()) is None:
+        return False
+    known = {gid.hex(".") for gid in observer.participants()}
+    read: dict[tuple[str, str], list[EndpointInfo]] = {}
+    for info in graph.infos:
+        if participant_of(info.gid) in known:
+            read.setdefault((info.topic, info.direction), []).append(info)
+    for (topic, direction), infos in read.items():
+        nodes = {info.gid: info.node for info in observer.dds_infos(topic, Direction(direction))}
+        if any(info.gid not in nodes or (info.node and not nodes[info.gid]) for info in infos):
+            return True
+    return False
 
 
 def has_discovered_all(observer: Observer) -> bool:

@@ -111,6 +111,11 @@ class Observer:
         """Whether a prefetch introduces us to the others; they must not be made to forget us."""
         return self._prefetch is not None
 
+    @property
+    def is_prefetching(self) -> bool:
+        """Whether `prefetched_graph` would wait for the prefetch."""
+        return self._prefetch is not None and self._prefetch.is_reading
+
     def prefetched_graph(self) -> GraphSnapshot | None:
         """The graph of the prefetch, when it is complete or enough; None without a prefetch."""
         if self._prefetch is None:
@@ -167,9 +172,9 @@ class Observer:
         self, topic: str, direction: Direction, *, with_own: bool = False
     ) -> list[EndpointInfo]:
         """The publishers or subscriptions of a topic, our own if they are wanted."""
-        return self._infos(f"{TOPIC}{topic}", direction, with_own=with_own)
+        return self.dds_infos(f"{TOPIC}{topic}", direction, with_own=with_own)
 
-    def _infos(
+    def dds_infos(
         self, name: str, direction: Direction, *, with_own: bool = False
     ) -> list[EndpointInfo]:
         """The same by the topic's name in DDS."""
@@ -207,7 +212,7 @@ class Observer:
         nodes = self.node_names()
         names = self.dds_topics()
         own = self.own_gid()[:PARTICIPANT_BYTES].hex(".") if self._is_hidden else ""
-        found = [info for name in names for d in Direction for info in self._infos(name, d)]
+        found = [info for name in names for d in Direction for info in self.dds_infos(name, d)]
         infos = [info for info in found if not own or not info.gid.startswith(own)]
         infos.sort(key=lambda i: (i.topic, i.node, i.direction, i.gid))
         nodes = self.living(nodes, infos)

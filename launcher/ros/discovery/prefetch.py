@@ -93,6 +93,11 @@ class Prefetch:
             return None
         return _without(self._result.snapshot, own_participant.hex("."))
 
+    @property
+    def is_reading(self) -> bool:
+        """Whether `snapshot` would wait."""
+        return self._threads[0].is_alive()
+
     def close(self) -> None:
         """Stop reading, and dispose of our announcement."""
         self._closed.set()
