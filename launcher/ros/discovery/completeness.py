@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
 QUIET_S = 0.1  # the samples of one participant arrive within a few milliseconds
+QUIET_UNREAD_S = 0.2  # without a prefetch to compare with: a lost message comes 0.11 s later
 # A discovery server passes them on in rounds: with 40 nodes, participants were known after 0.7 s,
 # their names after 1.1 s, and their endpoints after 1.8 s.
 QUIET_OF_SERVER_S = 0.3
@@ -55,7 +56,8 @@ def settle(
     """Return when the graph is complete and quiet, or `enough`, or after `spin_time_s`."""
     start = changed = time.monotonic()
     shortest_s = min(spin_time_s, least_wait_s())
-    quiet_s = QUIET_OF_SERVER_S if _has_server() else QUIET_S
+    quiet_s = QUIET_S if observer.is_introduced else QUIET_UNREAD_S
+    quiet_s = QUIET_OF_SERVER_S if _has_server() else quiet_s
     last: object = None
     has_reannounced = observer.is_introduced  # then the silent ones are about to answer
     while True:
@@ -90,11 +92,11 @@ def settled_graph(
 
 
 def _lags(observer: Observer) -> bool:
-    """Whether the prefetch has endpoints, or names of their nodes, that rclpy has yet to discover.
+    """Whether a participant has endpoints, or names of their nodes, that rclpy has yet to discover.
 
-    Only of participants that rclpy has discovered: others may have ended meanwhile.
+    These are what the prefetch has of the participants that rclpy has: others may have ended.
     """
-    if observer.is_prefetching:
+    if observer.is_prefetching or observer.is_half_known():
         return True
     if (graph := observer.prefetched_graph()) is None:
         return False

@@ -157,7 +157,18 @@ class Observer:
 
     def participants(self) -> set[bytes]:
         """The GIDs of all participants known, this one's as well."""
-        infos = self.node.get_publishers_info_by_topic(NODES_TOPIC, no_mangle=True)
+        return self._participants_on_nodes(self.node.get_publishers_info_by_topic)
+
+    def is_half_known(self) -> bool:
+        """Whether subscriptions of a known participant have yet to arrive.
+
+        Its first is that of `NODES_TOPIC`, on which each publishes as well.
+        """
+        reading = self._participants_on_nodes(self.node.get_subscriptions_info_by_topic)
+        return not self.participants() <= reading
+
+    def _participants_on_nodes(self, ask: Callable[..., Any]) -> set[bytes]:
+        infos = ask(NODES_TOPIC, no_mangle=True)
         return {bytes(info.endpoint_gid[:PARTICIPANT_BYTES]) for info in infos}
 
     def own_gid(self) -> bytes:

@@ -33,6 +33,9 @@ class SilentObserver:
     def participants(self) -> set[bytes]:
         return {PUMP}
 
+    def is_half_known(self) -> bool:
+        return False
+
     def own_gid(self) -> bytes:
         return b""
 
@@ -83,6 +86,16 @@ class LatePrefetch(SilentObserver):
         return self.looks <= LATE
 
 
+class LateSubscriptions(SilentObserver):
+    """Of the participant, only what it publishes is known."""
+
+    def is_half_known(self) -> bool:
+        return self.looks <= LATE
+
+    def prefetched_graph(self) -> None:
+        return None
+
+
 class EndedParticipant(SilentObserver):
     """A node was read whose participant has gone."""
 
@@ -125,8 +138,8 @@ def test_a_graph_is_not_complete_while_services_arrive():
     assert settled(ArrivingServices)[0] > LATE
 
 
-@pytest.mark.parametrize("kind", [LateEndpoint, LateName, LatePrefetch])
-def test_a_graph_is_not_complete_before_all_is_there_that_was_prefetched(kind, monkeypatch):
+@pytest.mark.parametrize("kind", [LateEndpoint, LateName, LatePrefetch, LateSubscriptions])
+def test_a_graph_is_not_complete_before_every_participant_is(kind, monkeypatch):
     monkeypatch.setattr(completeness, "_OUTDATED_S", math.inf)
     assert settled(kind)[0] > LATE
 
