@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 from benchmarks.harness import NotHereError
 from benchmarks.watched.system import NODES, SOURCES, WatchedSystem
+from tests.support.own_clock import OwnClock
 
-FAKETIME = "/usr/lib/x86_64-linux-gnu/faketime/libfaketime.so.1"
+CLOCK_REST_S = 7.0  # a step is a fault for five seconds
 DISK_BYTES = 96 * 1024**2
 PERIOD_S = 0.02  # of a process that is slowed down
 _BURN = "while True: pass"
@@ -129,34 +130,29 @@ def double_node(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
         yield
 
 
+_clocks: dict[Path, OwnClock] = {}  # of systems, by their folders
+
+
 @contextlib.contextmanager
 def clock_step(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
     seconds = chance.choice((-1, 1)) * chance.uniform(0.5, 30.0)
-    _set_clock(system.folder, seconds)
+    clock = _clocks[system.folder]
+    clock.set(seconds)
     yield
-    time.sleep(6.0)  # what the step causes is over
-    _set_clock(system.folder, 0.0)
+    time.sleep(CLOCK_REST_S)
+    clock.set(0.0)
+    time.sleep(CLOCK_REST_S)
 
 
 @contextlib.contextmanager
 def own_clock(folder: Path) -> Iterator[dict[str, str]]:
     """A clock of the system alone, which can be set."""
-    if not Path(FAKETIME).exists():
-        raise NotHereError("libfaketime is not installed (apt install faketime)")
-    _set_clock(folder, 0.0)
-    yield {
-        "LD_PRELOAD": FAKETIME,
-        "FAKETIME_TIMESTAMP_FILE": str(folder / "clock"),
-        "FAKETIME_NO_CACHE": "1",
-        "FAKETIME_DONT_FAKE_MONOTONIC": "1",
-        "DONT_FAKE_MONOTONIC": "1",
-    }
-
-
-def _set_clock(folder: Path, seconds: float) -> None:
-    part = folder / "clock.part"
-    part.write_text(f"{seconds:+.3f}\n", encoding="ascii")
-    part.replace(folder / "clock")
+    try:
+        clock = _clocks[folder] = OwnClock(folder)
+    except RuntimeError as error:
+        raise NotHereError(str(error)) from None
+    yield clock.variables
+    del _clocks[folder]
 
 
 @contextlib.contextmanager

@@ -32,8 +32,9 @@ from launcher.bag.topic_selection import Selection
 from launcher.bag.writer import BagWriter
 from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
+from launcher.base.model.fault_events import FaultConfirmed
 from launcher.base.model.run_event import Entry, exit_text
-from launcher.base.model.run_events import Ended, FaultConfirmed
+from launcher.base.model.run_events import Ended
 from launcher.control.client import Connection
 from launcher.packages.distribution import installed
 from launcher.posix import dispositions
