@@ -28,7 +28,7 @@ _PROCESS = (
     "name, label, state, pid, restarts, uptime_s, cpu_percent, uss_bytes, rss_bytes, threads, fds, "
     "node_names[], namespace, muted, hidden_by, muted_by_name, hidden_lines, level, grep, paused, "
     f"debugger, start, not_responding_s, {_EXIT}, host?, unit?, stop_after_s?, unreachable_s?, "
-    "ready?, ready_s?, waiting_for?, lacks?, faults?[]"
+    "ready?, ready_s?, waiting_for?, lacks?, faults?[], injected?[]"
 )
 _INFO = (
     "cmd[], cwd, shell, start_text, package, executable, env{}, env_set{}, env_unset[], "
@@ -152,6 +152,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
         ),
         _form("debug", "name, pid, address, waits, configuration*"),
         _form("loglevel", "levels[process, node, error, logger?, level?, source?]"),
+        _form("inject", "injections[name, injection, began_wall_s, for_s, left_s, problem]"),
         _form("snapshot", "path"),
         _form("detach", "left[name, host], stopped[], withdrawn[]"),
         _form("quit", "running"),

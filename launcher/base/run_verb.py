@@ -15,26 +15,24 @@ if TYPE_CHECKING:
 _NAME, _NAMES = "[NAME]", "[NAME ...]"
 FOR_ALL = "'*' stands for all processes"
 TEXT = option("TEXT", "a line for its standard input")
-# A shell's options may stand between the words of a text.
-_TEXT_IN_SHELL = option(
-    "TEXT", f"{TEXT.help}; put -- before words that begin with --", count="text"
-)
 
 
 class Verb(Record):
     """A verb, whose arguments are read from its usage.
 
-    `behind`: options that the words behind the name set, the last one by the last word. `streams`:
-    with the option `follow` it sends items until the run ends. `shell`: it is also a command of
-    its own. `shorthand` reads words such as -9. `serve` answers requests: `module:function`, or
-    empty if the service of the control socket does. `changing` names the options with which a verb
-    that otherwise only reads changes something.
+    `behind`: options that the words behind the name set, the last one by the last word; `rest`:
+    the option that all of them set, with blanks between. `streams`: with the option `follow` it
+    sends items until the run ends. `shell`: it is also a command of its own. `shorthand` reads
+    words such as -9. `serve` answers requests: `module:function`, or empty if the service of the
+    control socket does. `changing` names the options with which a verb that otherwise
+    only reads changes something.
     """
 
     usage: str
     help: str
     options: tuple[Option, ...] = ()
     behind: tuple[Option, ...] = ()
+    rest: Option | None = None
     streams: bool = False
     shell: bool = True
     shorthand: Callable[[str], tuple[Option, str] | None] | None = None
@@ -48,26 +46,28 @@ class Verb(Record):
 
     @property
     def names(self) -> str:
-        """How many processes: none, one, some (at least one) or any (none stands for all)."""
+        """How many processes: none, one, perhaps (at most one), some, or any (none: all)."""
         if "[NAME ...]" in self.usage:
             return "any"
         if "NAME ..." in self.usage:
             return "some"
+        if _NAME in self.usage:
+            return "perhaps"
         return "one" if " NAME" in self.usage else "none"
 
     @property
     def argument(self) -> str | None:
         """The option that an optional first word sets."""
-        return next((one.name for one in self.options if not one.flags and one != TEXT), None)
+        return next((one.name for one in self.options if not one.flags), None)
 
     @property
     def text(self) -> str | None:
         """The option that all words after the name set."""
-        return TEXT.name if TEXT in self.options else None
+        return None if self.rest is None else self.rest.name
 
     def option(self, name: str) -> Option | None:
         """The option with this name in requests."""
-        known = (*self.options, *self.behind)
+        known = (*self.options, *self.behind, *((self.rest,) if self.rest else ()))
         return next((option for option in known if option.name == name), None)
 
     def command(
@@ -83,8 +83,8 @@ class Verb(Record):
         if self.names != "none":
             arguments.append(option(_NAME if self.text or self.behind else _NAMES, name="names"))
         arguments += self.behind
-        if self.text:
-            arguments.append(_TEXT_IN_SHELL if in_shell else option("TEXT", count="..."))
+        if self.rest:
+            arguments.append(self._words(self.rest, are_mixed=in_shell or bool(self.options)))
         usage = f"{self.usage} [--run ID] [--json]" if in_shell else self.usage
         return Command(
             self.name,
@@ -101,6 +101,14 @@ class Verb(Record):
             shorthand=self.shorthand,
             in_shell=in_shell,
         )
+
+    @staticmethod
+    def _words(rest: Option, *, are_mixed: bool) -> Option:
+        """The argument that takes all words; options may stand between them if they are mixed."""
+        if not are_mixed:
+            return option(rest.metavar, count="...")
+        help = f"{rest.help}; put -- before words that begin with --"
+        return option(rest.spelling, help, name=rest.name, count="text")
 
 
 class Call(Record):

@@ -208,6 +208,7 @@ CONTROL_VERBS = {
     "stack": LOOK,
     "debug": CONTROL,
     "loglevel": CONTROL,
+    "inject": CONTROL,
     "snapshot": RECORD,
     "quit": CONTROL,
     "runs": LOOK,

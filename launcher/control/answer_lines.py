@@ -100,12 +100,12 @@ def unreachable(row: Mapping[str, Any]) -> str:
 
 
 def concern(row: Mapping[str, Any]) -> str:
-    """What its state does not say: `unreachable 4 s`, `not responding 4 s`, `debugger at ...`."""
+    """What its state does not say: `unreachable 4 s`, `debugger at ...`, `injected: slow 4`."""
     address, silent_s = row.get("debugger"), row.get("not_responding_s")
-    if address:
-        return f"debugger at {address}"
     silent = f"not responding {_duration(int(silent_s))}" if silent_s else ""
-    return unreachable(row) or silent
+    first = f"debugger at {address}" if address else unreachable(row) or silent
+    injected = f"injected: {', '.join(row['injected'])}" if row.get("injected") else ""
+    return ", ".join(filter(None, [first, injected]))
 
 
 def _with_concern(state: str, row: Mapping[str, Any]) -> str:

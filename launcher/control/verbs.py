@@ -123,7 +123,7 @@ VERBS = (
         streams=True,
     ),
     Verb("info NAME ...", "show everything known about processes"),
-    Verb("send NAME TEXT", "send a line to the standard input of a process", (TEXT,)),
+    Verb("send NAME TEXT", "send a line to the standard input of a process", rest=TEXT),
     Verb(
         "events [-f] [--new]",
         "print starts, exits, restarts, signals and resources",
@@ -203,8 +203,8 @@ def check(name: str, names: Sequence[str], options: Mapping[str, Any]) -> Call:
             )
         if value is not None:
             checked[key] = _checked(verb, option, value)
-    if verb.text is not None and verb.text not in checked:
-        problem = f"{name} needs TEXT: {TEXT.help}"
+    if verb.rest is not None and verb.rest.count == "1" and verb.rest.name not in checked:
+        problem = f"{name} needs {verb.rest.metavar}: {verb.rest.help}"
         raise BadCallError("bad-option", problem, f"usage: {verb.usage}")
     return Call(verb, tuple(names), checked)
 
@@ -216,7 +216,7 @@ def _check_names(verb: Verb, names: Sequence[str]) -> None:
     elif verb.names in ("one", "some") and not names:
         problem = f"{verb.name} needs the name of a process"
         more = f"; {FOR_ALL}" if verb.names == "some" else ""
-    elif verb.names == "one" and len(names) > 1:
+    elif verb.names in ("one", "perhaps") and len(names) > 1:
         problem = f"{verb.name} takes one name"
     if problem is not None:
         raise BadCallError("bad-request", problem, f"usage: {verb.usage}{more}")

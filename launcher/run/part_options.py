@@ -32,6 +32,9 @@ PRIVATE = option(
     "--private",
     "run in a ROS domain that is free, whatever ROS_DOMAIN_ID is; the first lines say which",
 )
+CHAOS = option(
+    "--chaos FILE", "inject faults by the plan in this file", os.path.abspath, name="chaos_plan"
+)
 RECORDING = (
     option(
         "--record[=all]",

@@ -5,12 +5,18 @@ Nobody can use one before the control socket is open, so this is imported behind
 
 from __future__ import annotations
 
-from launcher.base.option import count, option, positive_seconds
+from launcher.base.option import count, lazy, option, positive_seconds
 from launcher.base.run_verb import Verb
 
 DRY_RUN = option("--dry-run", "only show what would be done")
 STATE = option("STATE", "on or off")
 FOLLOW = option("-f, --follow", "keep printing changes until the run ends")
+WHAT = option(
+    "[WHAT]",
+    "pause, slow FACTOR, kill, drop TOPIC [PERCENT], delay TOPIC MS, cpu [CORES], memory SIZE, or "
+    "disk [LEAVE]",
+    choices=("pause", "slow", "kill", "drop", "delay", "cpu", "memory", "disk"),
+)
 
 VERBS = (
     Verb(
@@ -95,6 +101,23 @@ VERBS = (
         shell=False,
         changing=("acknowledge", "mute", "unmute"),
         serve="launcher.faults.fault_watch:serve",
+    ),
+    Verb(
+        "inject [NAME] [WHAT] [--for TIME] [--end]",
+        "inject a fault into a process, or the `machine`, for a while; without WHAT, list those "
+        "that are active",
+        (
+            option(
+                "--for TIME",
+                "how long, such as 500ms or 2min (default: 5s)",
+                lazy("launcher.base.document.quantities:parse_duration"),
+                name="for_s",
+                kind="seconds",
+            ),
+            option("--end", "end those of NAME, or all, before their time"),
+        ),
+        rest=WHAT,
+        serve="launcher.smoke.inject.injections:serve",
     ),
     Verb(
         "snapshot [REASON]",

@@ -18,6 +18,7 @@ from launcher.run.part import (
     When,
 )
 from launcher.run.part_options import (
+    CHAOS,
     COMPOSE,
     DISCOVERY,
     PRIVATE,
@@ -199,10 +200,7 @@ ROWS = (
         ),
         delay_s=0.3,  # leaves the processor to processes that are starting
     ),
-    PartRow(
-        "launcher.run.reload.reload:Reloader",
-        When.ASKED,
-    ),
+    PartRow("launcher.run.reload.reload:Reloader", When.ASKED),
     PartRow(
         "launcher.run.watch.watching:Watching",
         wanted=lambda run: run.options.watch,
@@ -230,13 +228,15 @@ ROWS = (
             ),
         ),
     ),
+    PartRow("launcher.run.stacks.stacks:Stacks", When.ASKED),
+    PartRow("launcher.run.helpers.logger_levels:LoggerLevels", When.ASKED),
+    PartRow("launcher.smoke.inject.injections:Injections", When.ASKED),
     PartRow(
-        "launcher.run.stacks.stacks:Stacks",
-        When.ASKED,
-    ),
-    PartRow(
-        "launcher.run.helpers.logger_levels:LoggerLevels",
-        When.ASKED,
+        "launcher.smoke.inject.chaos_run:ChaosRun",
+        wanted=lambda run: run.options.chaos_plan,
+        group=DEVELOPMENT,
+        options=(CHAOS,),
+        check="launcher.smoke.inject.chaos_run:check",
     ),
     PartRow(
         "launcher.web.web_page:WebPage",

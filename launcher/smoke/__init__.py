@@ -20,6 +20,8 @@ Folders, in the order of a run:
 * `judges/`: pure functions (expectation, facts) -> verdict.
 * `reports/`: results for people, for CI and for the next run, and the evidence.
 * `launch_tests/`: launch_testing and launch_pytest, which run in the process of the tests.
+* `inject/`: faults that are made on purpose: the verb `inject`, steps of a scenario, and a seeded
+  plan of them (`--chaos`).
 * `record/`: writes expectations from what healthy runs showed.
 """
 

@@ -24,7 +24,7 @@ from launcher.launch.target import (
 )
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.output.stdout import wants_colour
-from launcher.run.part_options import PRIVATE, RECORDING
+from launcher.run.part_options import CHAOS, PRIVATE, RECORDING
 from launcher.smoke.smoke_options import EXPECTATIONS
 
 TYPE_CHECKING = False
@@ -100,8 +100,8 @@ OPTIONS = (
     option("--force", "with --record: replace FILE if it exists"),
     option("--schema", "print the JSON Schema of files of expectations"),
 )
-_RUN_GROUPS = tuple(  # --bag is theirs; a private domain, always
-    (title, tuple(one for one in group if one not in (*RECORDING, PRIVATE)))
+_RUN_GROUPS = tuple(  # --bag and --chaos are theirs; a private domain, always
+    (title, tuple(one for one in group if one not in (*RECORDING, PRIVATE, CHAOS)))
     for title, group in RUN_GROUPS
 )
 COMMAND = Command(

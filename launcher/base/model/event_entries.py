@@ -10,7 +10,8 @@ import functools
 import time
 from collections.abc import Callable, Mapping
 
-from launcher.base.model import fault_events  # noqa: F401  (its types are in TYPES)
+# Their types are in TYPES.
+from launcher.base.model import fault_events, injection_events  # noqa: F401
 from launcher.base.model.events import signal_name
 from launcher.base.model.record import Record
 from launcher.base.model.run_event import TYPES, Entry, RunEvent, UnknownEvent

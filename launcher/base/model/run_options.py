@@ -42,7 +42,7 @@ class RunOptions(Record):
     `expect`: a file of expectations that hold while the run lives, with `watchful` that beside the
     launch file; `fault_actions` are the FaultActions of supervision files.
     `private`: in a ROS domain that no other run has, `domain_id`. `introduce`: help new nodes to
-    discover those that run already.
+    discover those that run already. `chaos_plan`: the file with a plan of injected faults.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -90,6 +90,7 @@ class RunOptions(Record):
     check_domain: bool = True
     introduce: bool = True
     warm: bool | None = None
+    chaos_plan: str | None = None
 
     @property
     def has_budgets(self) -> bool:

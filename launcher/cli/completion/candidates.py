@@ -13,6 +13,7 @@ from launcher.base.verb_table import CONTROL_VERBS, ROS_FRONT, ROS_VERBS, VERBS
 from launcher.cli.completion import name_sources
 from launcher.cli.lookup import command_of
 from launcher.cli.workspace_option import choose_workspace
+from launcher.run.part_verbs import WHAT
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -162,6 +163,8 @@ class _CursorPlace:
             return name_sources.types_of(verb, self._plain)
         if verb == "loglevel" and metavar in ("LOGGER", "LEVEL"):
             return name_sources.logger_levels(current)  # the logger may be left out
+        if verb == "inject" and metavar == "WHAT":
+            return [(word, "") for word in WHAT.choices] if len(self._plain) == 1 else []
         if metavar == "NAME" and not option.flags:
             if verb in CONTROL_VERBS:
                 return name_sources.processes(self._run)

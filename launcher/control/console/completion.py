@@ -88,11 +88,13 @@ class WordCompleter(Completer):
             return [(word, "") for word in WORDS.get(verb.argument, ())]
         if verb.behind and len(before) > 1:
             return [(word, "") for word in WORDS.get(verb.behind[-1].name, ()) if word != "ALL"]
+        if verb.rest is not None and len(before) == 2:
+            return [(word, "") for word in verb.rest.choices]
         return [] if self._has_names(verb, before) else self._names()
 
     @staticmethod
     def _has_names(verb: Verb, before: Sequence[str]) -> bool:
-        return verb.names == "none" or (verb.names == "one" and len(before) > 1)
+        return verb.names == "none" or (verb.names in ("one", "perhaps") and len(before) > 1)
 
     def _names(self) -> list[tuple[str, str]]:
         found = self._processes()

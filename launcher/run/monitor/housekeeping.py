@@ -107,7 +107,8 @@ class Housekeeper:
             return
         self._sampled_s = begun_s
         self._sampling = self._living()
-        steps = self._sampler.steps(self._sampling, self._reactor.now)
+        guests = {guest: pid for pid, one in self._sampling.items() for guest in one.guests}
+        steps = self._sampler.steps(self._sampling, self._reactor.now, guests)
         self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
     def _collect(self) -> None:

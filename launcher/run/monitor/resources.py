@@ -19,7 +19,7 @@ from __future__ import annotations
 import _thread
 import functools
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.base.model.record import Record
 from launcher.base.model.run_events import Sample
@@ -37,6 +37,7 @@ NEW_USS_PER_ROUND = 10  # of new processes, which have no value yet
 USS_AT_S = (1.0, 3.0)  # after it was first seen: it grows while the process loads libraries
 USS_EVERY_S = 10.0  # later, when it seldom changes fast
 USS_PAUSE_S = 0.001  # between looks whether the thread is ready
+NO_GUESTS: Mapping[int, int] = {}
 USS_WAIT_S = 0.2  # then the round goes on without the new values
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
@@ -81,13 +82,19 @@ class Sampler:
         self._members: dict[int, _Member] = {}
         self._last_s: dict[int, float] = {}
 
-    def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
+    def steps(
+        self,
+        pids: Iterable[int],
+        clock: Callable[[], float],
+        guests: Mapping[int, int] = NO_GUESTS,
+    ) -> Steps:
         """A sample for each running process of `pids`, in steps that read at most one process.
 
         Each pid must lead its session. A step yields how many seconds to wait before the next one.
-        `clock` is monotonic. Finish one round before the next.
+        `clock` is monotonic. `guests`: leaders of other sessions, which count as those of a pid.
+        Finish one round before the next.
         """
-        sessions = yield from _sessions(frozenset(pids))
+        sessions = yield from _sessions(frozenset(pids), guests)
         seen: dict[int, _Member] = {}
         read_s: dict[int, float] = {}
         for root, session in sessions.items():
@@ -225,7 +232,9 @@ class _UssReader:
             member.uss_bytes = uss_bytes
 
 
-def _sessions(roots: frozenset[int]) -> Generator[float, None, dict[int, list[int]]]:
+def _sessions(
+    roots: frozenset[int], guests: Mapping[int, int]
+) -> Generator[float, None, dict[int, list[int]]]:
     """Session leader -> all pids in its session, for those leaders that are in `roots`."""
     sessions: dict[int, list[int]] = {}
     for number, pid in enumerate(proc.pids(), 1):
@@ -235,6 +244,7 @@ def _sessions(roots: frozenset[int]) -> Generator[float, None, dict[int, list[in
             leader = os.getsid(pid)
         except OSError:
             continue  # it has just exited
+        leader = guests.get(leader, leader)
         if leader in roots:
             sessions.setdefault(leader, []).append(pid)
     return sessions

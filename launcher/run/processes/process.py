@@ -111,6 +111,7 @@ class Process:
     how it was started last: `warm`, or `cold, because ...`; empty if only cold was possible.
     `awaited_facts` must hold until it counts as ready, as texts.
     `answers`: its node is being asked, and has answered; `silence`: it does not any more.
+    `guests` lead sessions whose resources count as its own.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -130,6 +131,7 @@ class Process:
         self.answers = False
         self.awaited_facts: tuple[str, ...] = ()
         self.silence: Silence | None = None
+        self.guests: set[int] = set()
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.filter: LineFilter | None = None

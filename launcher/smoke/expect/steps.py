@@ -14,6 +14,7 @@ from launcher.base.document.source_location import Origin
 from launcher.base.model.parameter_text import read
 from launcher.base.synonyms import meant_verb
 from launcher.smoke.expect.expectation import COMMAND_LINE, START
+from launcher.smoke.inject.grammar import EXAMPLE, MACHINE, parsed_line, patterns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,13 +54,13 @@ class Step:
 
     @property
     def pause_s(self) -> float:
-        return float(self.command.words.get("time_s", 0.0))
+        return float(self.command.words.get("time_s") or 0.0)
 
     @property
     def moments(self) -> tuple[str, ...]:
-        """What `after` may name: start and completion of the command, and the end of a pause."""
-        is_pause = self.command.verb == "pause" and "time_s" in self.command.words
-        return (self.name, self.done, *((self.over,) if is_pause else ()))
+        """What `after` may name: start and completion of the command, and the end of its time."""
+        lasts = self.command.words.get("time_s") is not None
+        return (self.name, self.done, *((self.over,) if lasts else ()))
 
 
 _VERBS: dict[str, tuple[str, str]] = {
@@ -83,6 +84,7 @@ _VERBS: dict[str, tuple[str, str]] = {
         "call /switch std_srvs/srv/SetBool {data: true}",
     ),
 }
+INJECT = "inject"
 CHAOS_EXAMPLE = "kill one of robot_* every 5 s"
 _CHAOS = re.compile(
     r"(?P<verb>kill|stop|restart|pause) +one +of +(?P<name>\S+) +every +(?P<every>[^a-z]+[a-z]*)"
@@ -94,8 +96,11 @@ def _parse_command(value: object) -> StepCommand:
     if not isinstance(value, str) or not value.strip():
         raise FieldError(f"invalid command {value!r}: expected one such as 'kill robot_2'")
     verb, _, rest = value.strip().partition(" ")
+    if verb == INJECT:
+        return _injection(value.strip(), rest)
     if verb not in _VERBS:
-        hint = meant_verb(verb, _VERBS) or f"known: {', '.join(_VERBS)}"
+        known = (*_VERBS, INJECT)
+        hint = meant_verb(verb, known) or f"known: {', '.join(known)}"
         raise FieldError(f"unknown command '{verb}'", hint=hint)
     pattern, example = _VERBS[verb]
     match = re.fullmatch(pattern, rest.strip())
@@ -109,6 +114,17 @@ def _parse_command(value: object) -> StepCommand:
     if "value" in words:
         words["value"] = _value(words["value"], read if verb == "set" else _plain)
     return StepCommand(verb=verb, text=value.strip(), words=words)
+
+
+def _injection(text: str, line: str) -> StepCommand:
+    """As `launcher inject`: of a process, or of the machine, which has no name then."""
+    if not line.strip():
+        raise FieldError(f"invalid command '{text}'", hint=f"as in '{INJECT} {EXAMPLE}'")
+    name, injection = parsed_line(line)
+    words = {"injection": injection, "time_s": injection.for_s}
+    return StepCommand(
+        verb=INJECT, text=text, words=words if name == MACHINE else {"name": name, **words}
+    )
 
 
 def _signal(name: str) -> str:
@@ -144,6 +160,10 @@ COMMAND = FieldType(
         "anyOf": [
             _text_schema(rf"{verb} +(?:{pattern})", example)
             for verb, (pattern, example) in _VERBS.items()
+        ]
+        + [
+            _text_schema(rf"{INJECT} +(?:{pattern})", f"{INJECT} {example}")
+            for pattern, example in patterns()
         ]
     },
 )

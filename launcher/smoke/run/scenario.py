@@ -17,6 +17,7 @@ from launcher.output.filters import TooSlowError
 from launcher.smoke.expect.expectation import READY, Decision, Expectation, Verdict
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, Step, StepCommand
+from launcher.smoke.inject.grammar import MACHINE
 from launcher.smoke.judges.common import TOO_SLOW, search_limit
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.reports.result import Judged
@@ -24,6 +25,7 @@ from launcher.smoke.run.smoke_progress import SmokeProgress
 from launcher.smoke.run.system import System
 
 POLL_S = 0.05
+_LASTING = ("pause", "inject")
 
 
 class Scenario:
@@ -96,7 +98,7 @@ class Scenario:
         on_done: Callable[[str | None], None],
         on_over: Callable[[], None],
     ) -> None:
-        """`on_done` gets the error, if any; `on_over` is called at the end of a pause."""
+        """`on_done` gets the error, if any; `on_over` is called at the end of its time."""
 
         def work() -> None:
             try:
@@ -105,20 +107,32 @@ class Scenario:
                 on_done(error.message + (f" ({error.hint})" if error.hint else ""))
                 return
             on_done(None)
-            if command.verb == "pause" and command.words.get("time_s") is not None:
-                self._end_pause(command, on_over)
+            if command.verb in _LASTING and command.words.get("time_s") is not None:
+                self._wait(command.words["time_s"])
+                if self._is_undone(command):
+                    on_over()
 
         threading.Thread(target=work, daemon=True, name=command.text).start()
 
-    def _end_pause(self, command: StepCommand, on_over: Callable[[], None]) -> None:
-        end_s = time.monotonic() + command.words["time_s"]
+    def _wait(self, time_s: float) -> None:
+        end_s = time.monotonic() + time_s
         while time.monotonic() < end_s and not self._is_over.is_set():
             time.sleep(min(POLL_S, max(0.0, end_s - time.monotonic())))
+
+    def _is_undone(self, command: StepCommand) -> bool:
+        """Whether a pause or an injection is over: it ends now, unless the process has exited."""
+        name = command.words.get("name", MACHINE)
         try:
-            self._system.control("resume", command.words["name"])
+            if command.verb == "pause":
+                self._system.control("resume", name)
+                return True
+            while self._system.has_injection(name, command.words["injection"]):
+                if self._is_over.is_set():
+                    return False
+                time.sleep(POLL_S)
         except LauncherError:
-            return  # it has exited meanwhile
-        on_over()
+            return False
+        return True
 
     def _execute(self, command: StepCommand) -> None:
         system, words = self._system, command.words
@@ -133,6 +147,8 @@ class Scenario:
                 system.set_parameter(words["node"], words["parameter"], words["value"])
             case "call":
                 system.call(words["service"], words["type"], words.get("value"))
+            case "inject":
+                system.inject(words.get("name", MACHINE), words["injection"])
             case verb:
                 system.control(verb, words["name"])
 

@@ -18,6 +18,7 @@ from launcher.posix import socket_directory
 from launcher.posix.domain_lease import leased_domain
 from launcher.posix.socket_directory import ControlError
 from launcher.smoke.expect.expectation import STOP
+from launcher.smoke.inject.grammar import Injection
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
 from launcher.smoke.observe.fact_recorder import FactRecorder
@@ -313,6 +314,18 @@ class System(Waits):
     def control(self, verb: str, process: str) -> None:
         """`stop`, `start`, `restart`, `pause` or `resume` through the launcher."""
         self._request(verb, process)
+
+    def inject(self, process: str, injection: Injection) -> None:
+        """A fault for a while, through the launcher; a kill of it is an expected exit."""
+        for row in self._rows(process) if injection.kind == "kill" else ():
+            self.recorder.expect_exit(row["name"])
+            self._memory.note(self._launcher.pid)
+        self._request("inject", process, what=injection.text, for_s=injection.for_s)
+
+    def has_injection(self, process: str, injection: Injection) -> bool:
+        """Whether it is active in one of these processes."""
+        active = self._request("inject", process)["injections"]
+        return any(one["injection"] == injection.text for one in active)
 
     def _request(self, verb: str, *names: str, **options: object) -> dict[str, Any]:
         run = self._followers.wait_for_run(LISTEN_S)

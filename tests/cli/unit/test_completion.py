@@ -80,6 +80,8 @@ def test_a_first_word_is_a_verb_a_launch_file_or_a_path(complete: Complete):
         ("launcher level W", ["WARN "]),
         ("launcher loglevel robot_1 W", ["WARN "]),
         ("launcher loglevel robot_1 rcl A", []),
+        ("launcher inject robot_1 s", ["slow "]),
+        ("launcher inject robot_1 slow s", []),
         ("launcher completion f", ["fish "]),
         ("launcher run group_gp1 moni", ["monitor "]),
         ("launcher no_such_package no", []),

@@ -19,6 +19,7 @@ WORDS = {
     "level": "WARN a",
     "loglevel": "a a.part debug",
     "grep": "found a",
+    "inject": "a drop /scan 50 --for 2s",
     "format": "compact",
     "logs": "a -n 3",
     "stack": "a --native",

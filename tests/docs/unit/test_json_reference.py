@@ -111,6 +111,7 @@ ELSEWHERE = {
     "loglevel": "run/process/test_log_levels.py",
     "faults": "faults/process/test_faults_verb.py",
     "faults --follow": "faults/process/test_faults_verb.py",
+    "inject": "smoke/process/test_inject.py",
     "snapshot": "bag/ros/test_flight_recorder.py",
     "doctor --report": "doctor/ros/test_report.py",
     "doctor --uninstall-list": "doctor/process/test_remains.py",

@@ -53,6 +53,45 @@ def test_a_paused_process_prints_nothing(bench: Bench):
     assert done.returncode == 0, done.stdout
 
 
+def test_a_step_injects_faults_for_a_while(bench: Bench):
+    bench.write(*TWO)
+    bench.expect(
+        """
+        scenario:
+          - {after: ready, do: inject clock_1 pause for 0.5 s, name: nap}
+          - {after: 'nap: over', do: inject clock_2 kill, name: death}
+        expect:
+          - {name: awake, log: tick 1, after: 'nap: over', within: 60 s}
+          - {name: killed, process: clock_2, exits: SIGKILL, after: death, within: 60 s}
+        """
+    )
+    done = bench.smoke()
+    assert done.returncode == 0, done.stdout
+
+
+def test_an_injection_that_is_impossible_is_found_before_the_start(bench: Bench):
+    bench.write(*TWO)
+    bench.expect(
+        """
+        scenario:
+          - {after: ready, do: inject clock_3 slow 4}
+        """
+    )
+    done = bench.smoke()
+    assert done.returncode == 2, done.stdout
+    assert "the launch file starts no process 'clock_3'" in done.stderr
+    bench.expect(
+        """
+        scenario:
+          - {after: ready, do: inject clock_1 slow}
+          - {after: ready, do: inject machine pause}
+        """
+    )
+    done = bench.smoke()
+    assert "slow needs FACTOR" in done.stderr
+    assert "pause is about a process" in done.stderr
+
+
 @pytest.mark.thorough
 def test_a_step_waits_for_a_line_and_can_talk_to_a_process(bench: Bench):
     bench.write(PATIENT, ECHO)

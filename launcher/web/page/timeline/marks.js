@@ -25,6 +25,8 @@ const MARKS = {
   "files changed": ["change", "accent"],
   reloaded: ["change", "accent"],
   link: ["change", (e) => (e.state === "ready" ? "good" : "warn")],
+  injection: ["alarm", "accent"],
+  "injection ended": ["ready", "muted"],
   snapshot: ["snapshot", "accent"],
   stopping: ["stop", "warn"],
   finished: ["stop", (e) => (e.exit_code ? "bad" : "muted")],
