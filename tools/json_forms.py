@@ -154,6 +154,13 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
         _form("loglevel", "levels[process, node, error, logger?, level?, source?]"),
         _form("inject", "injections[name, injection, began_wall_s, for_s, left_s, problem]"),
         _form("snapshot", "path"),
+        _form(
+            "incident",
+            "log_dir, incidents[id, is_snapshot, path, opened_s, closed_s, title, faults[]]",
+            "incident*",
+            page="`log_dir, incidents[id, is_snapshot, path, opened_s, closed_s, title, "
+            "faults[]]`; with an ID `incident`: the document without secrets",
+        ),
         _form("detach", "left[name, host], stopped[], withdrawn[]"),
         _form("quit", "running"),
     ),

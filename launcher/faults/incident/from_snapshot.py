@@ -18,7 +18,7 @@ from launcher.bag.snapshot_folder import INDEX
 from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_in
 from launcher.base.model.run_event import Entry
-from launcher.base.model.run_events import Asked, Ended, Resources, Signalled
+from launcher.base.model.run_events import Asked, Resources, Signalled, Started
 from launcher.faults.incident.document import MAX_POINTS, IncidentError
 from launcher.faults.incident.merged_log import LoggedLine, merged_lines
 from launcher.faults.incident.run_folder import RunFolder
@@ -45,7 +45,7 @@ def document_of(path: str, folder: RunFolder | None = None, *, has_topics: bool 
     deaths = [entry for entry in entries if entry.event.is_failure]
     reason = _reason(index)
     opened_s = max((one.wall_s for one in deaths if f"{one.process} " in reason), default=end_s)
-    faults = [_fault(entry, lines, index) for entry in deaths[::-1]]
+    faults = [_fault(entry, entries, lines, index) for entry in deaths[::-1]]
     run = dict(folder.run) if folder else {}
     return {
         "format": 1,
@@ -109,23 +109,26 @@ def _entries(path: str) -> list[Entry]:
         return []
 
 
-def _fault(entry: Entry, lines: Sequence[LoggedLine], index: Sequence[str]) -> Document:
+def _fault(
+    entry: Entry, entries: Sequence[Entry], lines: Sequence[LoggedLine], index: Sequence[str]
+) -> Document:
     name = entry.process or "a process"
     own = [line for line in lines if line.process == entry.process and line.wall_s <= entry.wall_s]
     label = name.rpartition("-")[0] or name
+    back_s = _return_s(entry, entries)
     published = [found for found in map(_LAST.match, index) if found and found[2] == label]
     return {
         "fault": f"no deaths: {name}",
         "expectation": "no deaths",
         "kind": "death",
         "place": None,
-        "state": "active",
+        "state": "active" if back_s is None else "healed",
         "expected": f"{name} runs",
         "seen": entry.event.text,
         "first_s": entry.wall_s,
         "confirmed_s": entry.wall_s,
         "last_s": entry.wall_s,
-        "healed_s": None,
+        "healed_s": back_s,
         "count": 1,
         "lines": [line.text for line in own[-_LINES:]],
         "processes": [entry.process] if entry.process else [],
@@ -134,22 +137,36 @@ def _fault(entry: Entry, lines: Sequence[LoggedLine], index: Sequence[str]) -> D
     }
 
 
-def _causes(death: Entry, entries: Iterable[Entry]) -> Iterator[Document]:
-    """Requests and signals shortly before: the event log says who ended a process."""
-    for entry in entries:
-        is_before = 0 <= death.wall_s - entry.wall_s <= _BEFORE_S
-        is_about = entry.process is not None and entry.process == death.process
-        if is_before and is_about and isinstance(entry.event, (Asked, Signalled)):
-            before_s = death.wall_s - entry.wall_s
-            yield {
-                "rule": "event log",
-                "text": f"{entry.sentence}, {before_s:.2f} s before it ended",
-                "at_s": entry.wall_s,
-                "about": [entry.process],
-            }
-    if isinstance(death.event, Ended) and death.event.restart_in_s is not None:
-        text = f"{death.process} is started again {death.event.restart_in_s:g} s after its end"
-        yield {"rule": "event log", "text": text, "at_s": death.wall_s, "about": [death.process]}
+def _causes(death: Entry, entries: Sequence[Entry]) -> Iterator[Document]:
+    """A request shortly before, else a signal: the event log says who ended a process."""
+    before = [
+        entry
+        for entry in entries
+        if entry.process == death.process and 0 <= death.wall_s - entry.wall_s <= _BEFORE_S
+    ]
+    asked = [entry for entry in before if isinstance(entry.event, Asked)]
+    for entry in asked[-1:] or [one for one in before if isinstance(one.event, Signalled)]:
+        before_s = death.wall_s - entry.wall_s
+        yield {
+            "rule": "event log",
+            "text": f"{entry.sentence}, {before_s:.2f} s before it ended",
+            "at_s": entry.wall_s,
+            "about": [entry.process],
+        }
+
+
+def _return_s(death: Entry, entries: Iterable[Entry]) -> float | None:
+    """When the process was started again."""
+    return next(
+        (
+            entry.wall_s
+            for entry in entries
+            if entry.process == death.process
+            and isinstance(entry.event, Started)
+            and entry.wall_s >= death.wall_s
+        ),
+        None,
+    )
 
 
 def _graph(path: str) -> Document | None:

@@ -28,9 +28,11 @@ VARIABLES = frozenset(
     }
 )
 _ENVIRONMENTS = frozenset({"env", "env_set", "env_unset", "env_names", "environment"})
+# Lengths are bounded, so that no text takes more than linear time.
 _NAME = (
-    r"(?:[\w.-]*(?:pass(?:word|wd|phrase)|secret|token|credential|api[_-]?key|access[_-]?key|"
-    r"private[_-]?key|auth[_-]?key)(?:[_.-][\w.-]*)?|[\w-]*[_-]pass|pwd|psk|authorization)"
+    r"(?:[\w.-]{0,60}(?:pass(?:word|wd|phrase)|secret|token|credential|api[_-]?key|"
+    r"access[_-]?key|private[_-]?key|auth[_-]?key)(?:[_.-][\w.-]{0,60})?|[\w.-]{0,60}[_-]pass|"
+    r"(?:[\w.-]{0,60}[_.-])?(?:pwd|psk)|authorization)"
 )
 _KEY = re.compile(rf"-{{0,2}}{_NAME}", re.IGNORECASE)
 _VALUE = r"""(?:"[^"]*"|'[^']*'|(?:(?:bearer|basic|digest)\s+)?[^\s,;&'"<>)\]}]+)"""
@@ -44,7 +46,7 @@ _IN_URL = re.compile(r"(\b[a-z][a-z0-9+.-]{1,20}://)[^\s/@]{1,200}@", re.IGNOREC
 _ISSUED = re.compile(
     r"\b(?:gh[pousr]_\w{20,}|github_pat_\w{20,}|glpat-[\w-]{16,}|xox[abprs]-[\w-]{10,}|"
     r"(?:AKIA|ASIA)[0-9A-Z]{16}|sk-[\w-]{20,}|AIza[\w-]{30,}|"
-    r"eyJ[\w-]{8,}\.[\w-]{8,}\.[\w-]{8,})"
+    r"eyJ[\w-]{8,999}\.[\w-]{8,9999}\.[\w-]{8,})"
 )
 _PEM = re.compile(
     r"-----BEGIN [A-Z ]*PRIVATE KEY-----.*?(?:-----END [A-Z ]*PRIVATE KEY-----|\Z)", re.DOTALL
@@ -84,7 +86,10 @@ def document_without_secrets(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {without_secrets(str(key)): _of_key(str(key), one) for key, one in value.items()}
     if isinstance(value, (list, tuple)):
-        if value and all(isinstance(one, str) for one in value):
+        kinds = set(map(type, value))
+        if kinds <= {int, float, bool, type(None)}:
+            return value  # most of a document are numbers
+        if kinds == {str}:
             return words_without_secrets(value)
         return [document_without_secrets(one) for one in value]
     return value

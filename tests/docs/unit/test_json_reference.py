@@ -117,6 +117,7 @@ ELSEWHERE = {
     "doctor --uninstall-list": "doctor/process/test_remains.py",
     "detach": "hosts/lab/test_attach.py",
     "foxglove": "ros/ros/foxglove/test_server.py",
+    "incident": "faults/unit/test_incident_verb.py",
     **dict.fromkeys(("tf tree", "tf echo"), "bag/unit/test_transforms.py"),
     "tf monitor": "ros/ros/test_tf.py",
     "wait": "ros/process/test_wait.py",

@@ -108,7 +108,7 @@ def _rows(fault: ReportedFault, zero_s: float) -> Iterator[tuple[str, object]]:
         ("Last seen", fault.last_s),
         ("Healed", fault.healed_s),
     ):
-        yield name, None if at_s is None else f"{clock(at_s)} ({offset(at_s, zero_s)})"
+        yield name, None if at_s is None else _moment(at_s, zero_s)
     if fault.first_s is not None and fault.healed_s is not None:
         yield "Lasted", length(fault.healed_s - fault.first_s)
     yield "Confirmed in this run", count(fault.count, "time") if fault.count > 1 else None
@@ -121,6 +121,10 @@ def _rows(fault: ReportedFault, zero_s: float) -> Iterator[tuple[str, object]]:
         ("Nodes", fault.nodes),
     ):
         yield name, join((tag("code", one) for one in values), " ") if values else None
+
+
+def _moment(at_s: float, zero_s: float) -> Markup:
+    return join([clock(at_s), " ", tag("span", f"({offset(at_s, zero_s)})", class_="offset")])
 
 
 def _evidence(fault: ReportedFault, limits: PageLimits) -> Iterator[Markup]:

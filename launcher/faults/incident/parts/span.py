@@ -109,7 +109,7 @@ def clock(at_s: float) -> str:
 
 def offset(at_s: float, zero_s: float) -> str:
     """`+1.204 s`."""
-    value = at_s - zero_s
+    value = round(at_s - zero_s, 3)
     sign = MINUS if value < 0 else "+"
     return f"{sign}{abs(value):.3f} s" if abs(value) < 1000 else f"{sign}{abs(value):.0f} s"
 

@@ -26,7 +26,7 @@ def heading(incident: IncidentDocument) -> Markup:
         tag("h1", incident.title),
         tag(
             "p",
-            tag("span", state, class_=f"badge {'bad' if _is_open(incident) else 'good'}"),
+            tag("span", state, class_=f"badge {_style(incident)}"),
             " ",
             tag("span", f"opened {date(incident.opened_s)}"),
             class_="when",
@@ -34,8 +34,10 @@ def heading(incident: IncidentDocument) -> Markup:
     )
 
 
-def _is_open(incident: IncidentDocument) -> bool:
-    return incident.number > 0 and incident.closed_s is None
+def _style(incident: IncidentDocument) -> str:
+    if incident.number == 0:
+        return "plain"
+    return "bad" if incident.closed_s is None else "good"
 
 
 def _state(incident: IncidentDocument) -> str:
