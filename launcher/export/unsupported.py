@@ -83,6 +83,9 @@ def settings_gaps(
 ) -> Iterator[Unsupported]:
     """What supervision files say of these processes, each with its unit, besides their policies."""
     of_names = dict(options.file_names)
+    for action in options.fault_actions:
+        text = f"nobody watches: no fault leads to '{action.text}'"
+        yield Unsupported("on", places.of_text(action.where), text)
     for spec, unit in named:
         rule = rule_for(options.start_rules, spec)
         where = places.of_text(rule.where)

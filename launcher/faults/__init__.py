@@ -15,6 +15,7 @@ Folders, in the order of what happens:
 * `checks/`: for each kind of expectation whether it holds now, mostly by the judges of smoke.
 * `model/`: a fault and its life (suspected, active, healed), without I/O.
 * `causes/`: rules that say why, and which faults follow from another: an incident.
+* `actions/`: what a supervision file says is done for a fault.
 * `history/`: the faults of all runs, in a database in the log folder.
 * `incident/`: one HTML file about one incident, and its verb.
 """

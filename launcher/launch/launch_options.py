@@ -152,7 +152,8 @@ def with_settings_beside(options: RunOptions, launch_file: str) -> RunOptions:
 
     Options of the command line override it.
     """
-    if options.file_names or not options.settings_beside:
+    is_given = options.file_names or options.fault_actions
+    if is_given or not options.settings_beside:
         return options
     path = supervision_file(launch_file)
     if not os.path.isfile(path):

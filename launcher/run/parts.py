@@ -306,6 +306,14 @@ ROWS = (
         check="launcher.faults.watch_options:check",
     ),
     PartRow(
+        "launcher.faults.actions.fault_actions:FaultActions",
+        When.SERVED,
+        lambda run: (
+            run.options.watchful or run.options.expect is not None or run.options.fault_actions
+        ),
+        delay_s=0.3,  # as what it listens to
+    ),
+    PartRow(
         "launcher.ros.bridge_process:RosBridge",
         When.SERVED,
         lambda run: run.options.ros,

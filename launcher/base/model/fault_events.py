@@ -53,3 +53,24 @@ class FaultHealed(RunEvent):
     fault: str
     active_s: Seconds
     incident: Count
+
+
+class ActionTaken(RunEvent):
+    """Something was done for a fault ([actions](faults.md#actions)).
+
+    fault: its name
+    action: what, as `restart robot_2`
+    ok: whether it has succeeded, in time
+    detail: what came of it
+    """
+
+    event, about = "fault action", "run"
+    fault: str
+    action: str
+    ok: bool
+    detail: str
+
+    @property
+    def text(self) -> str:
+        how = "" if self.ok else "failed: "
+        return f"{self.action}, for fault '{self.fault}': {how}{self.detail}"

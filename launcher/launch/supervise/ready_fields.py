@@ -69,7 +69,7 @@ def _address(value: object) -> str:
     return f"[{address}]:{int(port)}" if address.version == 6 else f"{address}:{int(port)}"
 
 
-def _words(value: object) -> tuple[str, ...]:
+def words(value: object) -> tuple[str, ...]:
     """A command: a text for a shell, or a list of words."""
     hint = "as in 'curl -sf localhost:8080/health', or [curl, -sf, ...]"
     if is_text(value):
@@ -244,7 +244,7 @@ KINDS = (
         "command",
         "A command exits with code 0; it is repeated until then.",
         FieldType(
-            _words,
+            words,
             {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]},
         ),
         "run",

@@ -17,6 +17,7 @@ from launcher.base.document.fields import (
 from launcher.base.document.quantities import DURATION
 from launcher.base.model.supervision import ON_TIMEOUT, After
 from launcher.launch import process_options
+from launcher.launch.supervise import fault_fields
 from launcher.launch.supervise.ready_fields import facts, facts_schema, is_text
 from launcher.run.monitor.budget_parser import KEYS as BUDGET_KEYS
 
@@ -149,6 +150,7 @@ def json_schema() -> dict[str, Any]:
         "title": "Supervision of the processes of a launch file",
         "type": ["object", "null"],
         "propertyNames": {"minLength": 1},
+        "properties": {fault_fields.ON: fault_fields.schema()},
         "additionalProperties": {"$ref": "#/$defs/process"},
         "$defs": {
             "process": {

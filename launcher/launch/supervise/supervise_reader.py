@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from launcher.base.document.document_reader import DocumentReader, TextLoader, text_of, together
+from launcher.base.model.fault_action import FaultAction
 from launcher.base.model.supervision import StartRule
+from launcher.launch.supervise import fault_fields
 from launcher.launch.supervise.circles import circles_in
 from launcher.launch.supervise.supervise_fields import FIELDS, SETTINGS, START_FIELDS
 from launcher.run.monitor.budget_parser import EXAMPLES, KEYS, budget_of
@@ -32,7 +34,13 @@ class _SuperviseReader(DocumentReader):
 
     def settings(self) -> list[Setting]:
         document = self.document() or {}
-        found = [one for name, entry in document.items() for one in self._of_process(name, entry)]
+        found = [
+            one
+            for name, entry in document.items()
+            for one in (
+                self._on(entry) if name == fault_fields.ON else self._of_process(name, entry)
+            )
+        ]
         rules = [value for field, value in found if field == "start_rules"]
         for pattern, key, text in circles_in(rules):
             self.wrong((pattern, key), text, "processes that wait for each other would never start")
@@ -52,6 +60,25 @@ class _SuperviseReader(DocumentReader):
         yield from self._settings(name, values)
         yield from self._budget(name, entry, values)
         yield from self._start_rule(name, values)
+
+    def _on(self, value: object) -> Iterator[Setting]:
+        """Actions for faults: one, or a list."""
+        key, example = fault_fields.ON, fault_fields.EXAMPLE
+        for index, entry in enumerate(value if isinstance(value, list) else [value]):
+            path = (key, index) if isinstance(value, list) else (key,)
+            if not isinstance(entry, Mapping):
+                hint = f"{example}; a process with this name is '[o]n'"
+                self.wrong(path, f"'{key}' must be a list of what is done for faults", hint)
+                continue
+            values = self.fields(entry, fault_fields.FIELDS, path, f"'{key}'")
+            if "headers" in values and values.get("do", {}).get("kind", "webhook") != "webhook":
+                self.wrong((*path, "headers"), "only a webhook has headers")
+            if "do" not in values or "fault" not in values:
+                continue
+            where = str(self.source.origin((*path, "do")))
+            yield "fault_actions", _fault_action(values, where)
+            for name in values["do"].get("names", ()):
+                yield "file_names", (name, where)
 
     def _settings(self, name: str, values: Mapping[str, Any]) -> Iterator[Setting]:
         for key, (field, *_) in SETTINGS.items():
@@ -83,3 +110,13 @@ class _SuperviseReader(DocumentReader):
         others = [*(rule.after.names if rule.after else ()), *(rule.restart_with or ())]
         for other in others:
             yield "file_names", (other, rule.after_where if rule.after else rule.where)
+
+
+def _fault_action(values: Mapping[str, Any], where: str) -> FaultAction:
+    fields = {"pattern": values["fault"], **values["do"], "where": where}
+    if "at_most" in values:
+        fields["times"], fields["period_s"] = values["at_most"]
+    fields |= {name: values[name] for name in ("when", "headers") if name in values}
+    if "within" in values:
+        fields["within_s"] = values["within"]
+    return FaultAction(**fields)

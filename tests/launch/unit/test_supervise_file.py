@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from launcher.base.errors import LauncherError
+from launcher.base.model.fault_action import FaultAction
 from launcher.base.model.run_options import RunOptions, matches
 from launcher.base.model.spec import ProcessSpec, RestartMode, RosIdentity
 from launcher.base.model.supervision import After, Fact, StartRule, rule_for
@@ -20,6 +21,7 @@ from launcher.launch.supervise.ready_fields import KINDS
 from launcher.launch.supervise.supervise_fields import json_schema
 from launcher.launch.supervise.supervise_reader import parse, read
 from launcher.run.monitor.budget_parser import parse_words
+from launcher.run.option_warnings import unmatched
 from tests.support.repository import REPOSITORY
 
 
@@ -255,6 +257,70 @@ def test_a_file_of_the_command_line_replaces_the_one_beside(tmp_path: Path):
         assert with_settings_beside(options, target) == options
 
 
+# ---- actions for faults
+
+
+def actions(text: str) -> list[FaultAction]:
+    return [value for field, value in parse(text, "s.yaml") if field == "fault_actions"]
+
+
+def test_what_is_done_for_a_fault():
+    # `on` is a text here; many readers of YAML take it for true.
+    found = actions(
+        "on:\n"
+        "- {fault: robot_1 reports, do: restart robot_1 robot_2}\n"
+        "- {fault: 'no deaths: *', do: {run: [date, -u]}, within: 2 min, at_most: 2 per 5 s}\n"
+        "- {fault: '*', do: 'run echo {a}: b', when: healed}\n"
+        "- {fault: '*', do: webhook https://h/secret, headers: {Authorization: TOKEN}}\n"
+        "- {fault: '*', do: webhook $HOOK}\n"
+        "- {fault: '*', do: snapshot}\n"
+    )
+    restart, date, shell, web, _, snapshot = found
+    assert (restart.kind, restart.names) == ("restart", ("robot_1", "robot_2"))
+    assert (restart.when, restart.within_s, restart.times, restart.period_s) == (
+        "confirmed",
+        10.0,
+        3,
+        600.0,
+    )
+    assert (date.words, date.within_s, date.times, date.period_s) == (("date", "-u"), 120, 2, 5)
+    assert (shell.words, shell.when) == (("/bin/sh", "-c", "echo {a}: b"), "healed")
+    assert web.headers == (("Authorization", "TOKEN"),)
+    assert [one.text for one in found] == [
+        "restart robot_1 robot_2",
+        "run date -u",
+        "run echo {a}: b",
+        "webhook h",
+        "webhook $HOOK",
+        "snapshot",
+    ]
+    assert snapshot.where == "s.yaml:7"
+    assert actions("on: {fault: x, do: stop a}") == actions("'on': {fault: x, do: {stop: [a]}}")
+
+
+def test_a_fault_that_follows_from_another_is_meant_only_by_its_name():
+    (exact, pattern, odd) = actions(
+        "on: [{fault: a, do: snapshot}, {fault: 'a*', do: snapshot}, {fault: '[x]', do: snapshot}]"
+    )
+    assert exact.fits("a", follows=True) and not exact.fits("ab", follows=False)
+    assert pattern.fits("ab", follows=False) and not pattern.fits("a", follows=True)
+    assert odd.fits("[x]", follows=True) and odd.fits("x", follows=False)
+
+
+def test_processes_of_actions_are_known_by_their_places():
+    found = parse("on:\n- {fault: x, do: restart dispacher}\n", "s.yaml")
+    names = tuple(value for field, value in found if field == "file_names")
+    assert names == (("dispacher", "s.yaml:2"),)
+    ((text, meant),) = unmatched(RunOptions(file_names=names), [spec("dispatcher-1")])
+    assert "dispacher" in text and "did you mean 'dispatcher'?" in meant
+
+
+def test_a_file_with_actions_alone_replaces_the_one_beside(tmp_path: Path):
+    (tmp_path / "a.supervise.yaml").write_text("[broken")
+    options = RunOptions(fault_actions=tuple(actions("on: {fault: x, do: desktop}")))
+    assert with_settings_beside(options, str(tmp_path / "a.launch.py")) == options
+
+
 # ---- the schema
 
 
@@ -265,7 +331,14 @@ def test_the_schema_in_the_repository_is_the_one_that_is_printed():
 
 @pytest.mark.parametrize(
     "text",
-    ["a: {memroy: 3}", "a: {ready_when: {publsher: /t}}", "a: 3", "a: {after: {timeout: 3}}"],
+    [
+        "a: {memroy: 3}",
+        "a: {ready_when: {publsher: /t}}",
+        "a: 3",
+        "a: {after: {timeout: 3}}",
+        "'on': {fault: x, do: restrt a}",
+        "'on': [{do: snapshot}]",
+    ],
 )
 def test_the_schema_refuses_mistakes_as_well(text: str):
     with pytest.raises(jsonschema.ValidationError):

@@ -73,6 +73,37 @@ def test_a_mistake_is_reported_with_its_line(text: str, first: str):
     assert rendered(text).startswith(f"error: {first}")
 
 
+@pytest.mark.parametrize(
+    ("text", "first"),
+    [
+        ("on:\n- {fault: x, do: restrt a}\n", "s.yaml:2: unknown action 'restrt'"),
+        ("on: 3", "s.yaml:1: 'on' must be a list of what is done for faults"),
+        ("on: {memory: 3}", "s.yaml:1: unknown key 'memory' of 'on'"),
+        ("on: {fault: x}", "s.yaml:1: 'on' needs 'do'"),
+        ("on: {do: snapshot}", "s.yaml:1: 'on' needs 'fault'"),
+        ("on: {fault: '', do: snapshot}", "s.yaml:1: '' is not the name of a fault"),
+        ("on: {fault: x, do: restart}", "s.yaml:1: 'restart': it needs the name of a process"),
+        ("on: {fault: x, do: {restart: [a, {}]}}", "s.yaml:1: 'restart': {} is not a process"),
+        ("on: {fault: x, do: {fly: a}}", "s.yaml:1: unknown action 'fly'"),
+        ("on: {fault: x, do: snapshot now}", "s.yaml:1: 'snapshot': 'now' is too much"),
+        ("on: {fault: x, do: run}", "s.yaml:1: 'run': '' is not a command"),
+        ("on: {fault: x, do: webhook ftp://h/}", "s.yaml:1: 'webhook': expected an address"),
+        ("on: {fault: x, do: webhook 'http://u:p@h'}", "s.yaml:1: 'webhook': expected an address"),
+        ("on: {fault: x, do: desktop, within: 0 s}", "s.yaml:1: '0 s' is not a time limit"),
+        ("on: {fault: x, do: desktop, when: heald}", "s.yaml:1: 'heald' is not one of confirmed"),
+        ("on: {fault: x, do: desktop, at_most: 3}", "s.yaml:1: '3' is not a budget"),
+        ("on: {fault: x, do: desktop, at_most: 0 per 3 s}", "s.yaml:1: '0 per 3 s' is not a b"),
+        ("on: {fault: x, do: desktop, headers: {A: B}}", "s.yaml:1: only a webhook has headers"),
+        (
+            "on: {fault: x, do: webhook $H, headers: {A: Bearer x}}",
+            "s.yaml:1: 'A' takes the name of an environment variable",
+        ),
+    ],
+)
+def test_mistakes_in_actions_for_faults(text: str, first: str):
+    assert rendered(text).startswith(f"error: {first}")
+
+
 def test_all_mistakes_are_reported_together_each_with_its_repair():
     text = (
         "a:\n"

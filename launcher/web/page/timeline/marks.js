@@ -20,6 +20,7 @@ const MARKS = {
   "not responding": ["alarm", "bad"],
   fault: ["report", "bad"],
   "fault healed": ["task_alt", "good"],
+  "fault action": ["asked", (e) => (e.ok ? "accent" : "warn")],
   stuck: ["alarm", "bad"],
   "over budget": ["alarm", "warn"],
   "files changed": ["change", "accent"],
