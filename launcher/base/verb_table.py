@@ -125,6 +125,12 @@ _TABLE = (
         "show the ROS graph to Foxglove and to Lichtblick",
     ),
     (
+        "mcp",
+        CONTROL,
+        "launcher.web.remote.verb",
+        "serve runs to other programs by the Model Context Protocol (MCP)",
+    ),
+    (
         "wait",
         CONTROL,
         "launcher.ros.verbs.wait",

@@ -167,6 +167,7 @@ _WITHOUT_RCLPY = (
     "test",
     "hosts",
     "agent",
+    "mcp",
 )
 
 

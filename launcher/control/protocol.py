@@ -29,6 +29,14 @@ DISCOVERY_VARIABLES = (
 REQUEST_LIMIT = 64 * 1024  # bytes of a request with its newline
 
 
+def node_variables(run: Mapping[str, Any]) -> dict[str, str]:
+    """The variables with which the nodes of a run are found; `run` is that of its first line."""
+    found = dict(run.get("discovery") or {})
+    if run.get("domain_id") is not None:
+        found["ROS_DOMAIN_ID"] = str(run["domain_id"])
+    return found
+
+
 class Request(Record):
     """A request; every answer to it repeats its `id`."""
 

@@ -14,6 +14,7 @@ evaluates the launch file again for its tree.
 * `run_feed` follows the run, by `run_client`, and keeps its last lines; `fault_feed`, its faults.
   `graph_feed` follows the probe, by `page_probe`: `graph_state` is the graph as pages see it,
   `layout` where it is drawn.
+* `remote/` is for other programs: an MCP server, and the same as OpenAPI.
 * `metrics` is what the feeds know, for Prometheus (docs/guides/metrics.md).
 * `assets` finds our files in `page/` and those of libraries; `page_bundle` joins the modules into
   one script when the server starts; `frozen` makes one HTML file of the page that opens from disk.

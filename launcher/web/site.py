@@ -1,28 +1,48 @@
-"""What the server answers: the files of the page for who has the token, metrics, the WebSocket."""
+"""What the server answers: the page for who has the token, metrics, programs, the WebSocket."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from launcher.web import assets
 from launcher.web.access import Access
 from launcher.web.page_session import NO_KEY, Doors, Feeds, PageSession
 
+if TYPE_CHECKING:
+    from launcher.web.remote.http_api import HttpApi
+
+_METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")  # the API says itself which it takes
+_KEY = "feed-key"  # a header: beside a cookie, which reaches other ports, too
 _OTHER_HOST = "This host name is not one of this server's."
+
+
+class _Asgi:
+    """A method as an application: a `Route` takes functions and methods for endpoints."""
+
+    def __init__(self, serve: ASGIApp) -> None:
+        self._serve = serve
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await self._serve(scope, receive, send)
 
 
 class Site:
     """The application of an ASGI server."""
 
-    def __init__(self, access: Access, feeds: Feeds) -> None:
+    def __init__(self, access: Access, feeds: Feeds, socket: Path) -> None:
+        """`socket` is that of the run."""
+        self._socket = socket
+        self._api: HttpApi | None = None
         self._access = access
         self._feeds = feeds
         self._libraries = assets.libraries()
@@ -38,6 +58,9 @@ class Site:
                 Route("/page/{name:path}", self._own_file),
                 Route("/lib/{name:path}", self._library),
                 Route("/metrics", self._metrics),
+                Route("/openapi.json", self._openapi),
+                Route("/api/{verb}", self._call, methods=_METHODS),
+                Route("/mcp", _Asgi(self._mcp)),
                 WebSocketRoute("/feed", self._feed),
             ]
         )
@@ -84,12 +107,9 @@ class Site:
     async def _metrics(self, request: Request) -> Response:
         from launcher.web.metrics import WATCH_S, Metrics
 
-        scheme, _, credentials = request.headers.get("authorization", "").partition(" ")
-        bearer = credentials.strip() if scheme.lower() == "bearer" else None
         if not self._access.is_known_host(request.headers.get("host")):
             return _refused(_OTHER_HOST)
-        given = (bearer, request.query_params.get("token"))
-        if not any(map(self._access.is_token, given)):  # a cookie reaches other ports, too
+        if not self._has_token(request):  # a cookie reaches other ports, too
             text = "The token is missing: use '?token=' or 'Authorization: Bearer'.\n"
             return PlainTextResponse(text, 401, {"WWW-Authenticate": "Bearer"})
         await self._feeds.graph.start()
@@ -98,6 +118,52 @@ class Site:
             request.headers.get("accept", "")
         )
         return Response(body, headers={"Content-Type": kind, "Cache-Control": "no-store"})
+
+    def _has_token(self, request: HTTPConnection) -> bool:
+        """Whether the token is in the address, or is that of `Authorization: Bearer`."""
+        scheme, _, credentials = request.headers.get("authorization", "").partition(" ")
+        bearer = credentials.strip() if scheme.lower() == "bearer" else None
+        return any(map(self._access.is_token, (bearer, request.query_params.get("token"))))
+
+    # ---- for programs
+
+    def _refusal(self, request: HTTPConnection) -> Response | None:
+        """The answer if the request is none of who has the token, or the page."""
+        from launcher.web.remote.http_api import refusal
+
+        host, origin = request.headers.get("host"), request.headers.get("origin")
+        if not self._access.is_known_host(host):
+            return refusal(403, _OTHER_HOST)
+        if origin is not None and not self._access.is_same_origin(origin, host):
+            return refusal(403, "This is a page of another site.")
+        has_key = self._access.is_feed_key(request.headers.get(_KEY))
+        if self._has_token(request) or (has_key and self._access.has_cookie(request.cookies)):
+            return None
+        return refusal(401, "The token is missing: use 'Authorization: Bearer'.")
+
+    def _programs(self) -> HttpApi:
+        if self._api is None:
+            from launcher.web.remote.http_api import HttpApi
+
+            self._api = HttpApi(self._socket, read_only=self._feeds.read_only)
+        return self._api
+
+    async def _openapi(self, request: Request) -> Response:
+        return self._refusal(request) or await self._programs().describe(request)
+
+    async def _call(self, request: Request) -> Response:
+        return self._refusal(request) or await self._programs().call(request)
+
+    async def _mcp(self, scope: Scope, receive: Receive, send: Send) -> None:
+        answer = self._refusal(HTTPConnection(scope)) or self._programs().serve_mcp
+        await answer(scope, receive, send)
+
+    async def close(self) -> None:
+        """End what programs have begun."""
+        if self._api is not None:
+            await self._api.close()
+
+    # ---- the page
 
     def _response(self, body: bytes, kind: str) -> Response:
         headers = {

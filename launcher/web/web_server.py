@@ -8,7 +8,7 @@ import dataclasses
 import errno
 import socket
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote, urlsplit
@@ -18,6 +18,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
+from launcher.control.protocol import node_variables
 from launcher.posix import dispositions
 from launcher.web.access import Access, is_loopback, new_token, token_in
 from launcher.web.graph_feed import GraphFeed
@@ -72,7 +73,7 @@ class WebServer:
         self._graph = GraphFeed(self._hub, lambda: self._run.rows)
         feeds = Feeds(self._hub, self._run, self._graph, read_only=settings.read_only)
         access = Access(self._token, settings.host, secure=settings.certificate is not None)
-        self._site = Site(access, feeds)
+        self._site = Site(access, feeds, Path(settings.socket))
 
     async def serve(self, on_link: Callable[[str], None]) -> None:
         """Call `on_link` with the link when it works; LauncherError if it cannot.
@@ -80,7 +81,7 @@ class WebServer:
         What ends the work for all pages is raised.
         """
         await self._run.start(Path(self._settings.socket))
-        self._graph.environment = _domain_of(self._run.run)
+        self._graph.environment = node_variables(self._run.run)
         listening = _listen(self._settings)
         config = uvicorn.Config(
             self._site.application(),
@@ -106,6 +107,7 @@ class WebServer:
                 await asyncio.sleep(_GOODBYE_S)
         finally:
             ending.cancel()
+            await self._site.close()
             server.should_exit = True
             with contextlib.suppress(asyncio.CancelledError):
                 await serving
@@ -171,14 +173,6 @@ class _Server(uvicorn.Server):
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
         yield
-
-
-def _domain_of(run: Mapping[str, Any]) -> dict[str, str]:
-    """The variables with which the nodes of a run are found."""
-    found = dict(run.get("discovery") or {})
-    if run.get("domain_id") is not None:
-        found["ROS_DOMAIN_ID"] = str(run["domain_id"])
-    return found
 
 
 def risk(settings: PageSettings) -> str | None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from tools.json_forms import all_forms, faults_of, form_of, keys_in
+from tools.json_forms import all_forms, form_of
+from tools.json_keys import faults_of, keys_in
 
 VERBS = [verb for form in all_forms() for verb in form.verbs]
 

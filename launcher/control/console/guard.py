@@ -1,8 +1,9 @@
-"""Starts a verb for the console, and ends it with the console: `guard.py LIFELINE COMMAND ...`.
+"""Starts a verb for a process, and ends it with that: `guard.py LIFELINE COMMAND ...`.
 
-LIFELINE is a pipe from the console. A byte in it is a signal for the verb and what it has started;
-its end means that the console has ended, by whatever signal. The exit code is that of the verb,
-128 and the number of a signal if that has ended it.
+LIFELINE is a pipe from that process, such as the console. A byte in it is a signal for the verb and
+what it has started; its end means that the process has ended, by whatever signal, or does not need
+the verb any more. The exit code is that of the verb, 128 and the number of a signal if that has
+ended it.
 """
 
 from __future__ import annotations
@@ -14,13 +15,20 @@ import signal
 import sys
 import time
 
-PATIENCE_S = 3.0  # for an orderly end, after the console has gone
+GUARD = os.path.abspath(__file__)
+PATIENCE_S = 3.0  # for an orderly end, after the other process has gone
+
+
+def guarded(words: list[str], lifeline: int) -> list[str]:
+    """The command line of a verb of the launcher behind a guard that inherits `lifeline`."""
+    verb = [sys.executable, "-m", "launcher", *words]
+    return [sys.executable, "-I", "-S", GUARD, str(lifeline), *verb]
 
 
 def main(words: list[str]) -> int:
     lifeline, command = int(words[0]), words[1:]
     os.set_inheritable(lifeline, False)
-    # The console ignores signals, and what it starts would do so, too.
+    # The other process may ignore signals, and what it starts would do so, too.
     every = signal.valid_signals()
     pid = os.posix_spawn(
         command[0], command, os.environ, setsid=True, setsigdef=every, setsigmask=()

@@ -8,7 +8,6 @@ import os
 import shlex
 import signal
 import subprocess
-import sys
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -16,9 +15,9 @@ from collections.abc import Mapping, Sequence
 from launcher.control.active_runs import ListedRun
 from launcher.control.console.display import GUTTER, Display
 from launcher.control.console.feed import Feed
+from launcher.control.console.guard import guarded
 from launcher.control.console.terminal import Terminal
 
-GUARD = os.path.join(os.path.dirname(__file__), "guard.py")
 COMPLETION_S = 5.0  # for the answer to a Tab
 GRACE_S = 0.5  # a Ctrl-C so soon after the end of a verb was meant for that
 
@@ -64,7 +63,7 @@ class ShellVerbs:
         orders, lifeline = os.pipe()
         try:
             process = await asyncio.create_subprocess_exec(
-                *command(["completion", "zsh", *words], guard=orders),
+                *guarded(["completion", "zsh", *words], orders),
                 env=env,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
@@ -135,7 +134,7 @@ class _Process:
         orders, self._lifeline = os.pipe()
         try:
             guard = subprocess.Popen(
-                command(self._words, guard=orders),
+                guarded([*self._words], orders),
                 env=dict(self._env),
                 stdin=subprocess.DEVNULL,
                 stdout=theirs,
@@ -182,12 +181,6 @@ async def _exit_of(pid: int) -> None:
     finally:
         loop.remove_reader(pidfd)
         os.close(pidfd)
-
-
-def command(words: Sequence[str], *, guard: int) -> list[str]:
-    """The command line of a verb behind a guard with this descriptor."""
-    verb = [sys.executable, "-m", "launcher", *words]
-    return [sys.executable, "-I", "-S", GUARD, str(guard), *verb]
 
 
 def environment(base: Mapping[str, str], domain_id: int | None, columns: int) -> dict[str, str]:

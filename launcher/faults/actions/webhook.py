@@ -7,10 +7,11 @@ command line, other users of the machine cannot read it. It prints one line, wit
 from __future__ import annotations
 
 import http.client
-import json
 import sys
 import urllib.error
 import urllib.request
+
+from launcher.base import strict_json
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def send(request: dict[str, Any]) -> tuple[bool, str]:
     headers = {"Content-Type": "application/json", "User-Agent": f"launcher/{__version__}"}
     call = urllib.request.Request(
         request["url"],
-        data=json.dumps(request["body"]).encode(),
+        data=strict_json.packed(request["body"]).encode(),
         headers={**headers, **request["headers"]},
         method="POST",
     )
@@ -49,7 +50,7 @@ def send(request: dict[str, Any]) -> tuple[bool, str]:
 
 
 def main() -> int:
-    ok, text = send(json.load(sys.stdin))
+    ok, text = send(strict_json.loads(sys.stdin.read()))
     print(text)
     return 0 if ok else 1
 

