@@ -117,11 +117,22 @@ def _is_seconds(value: Any) -> bool:
     return _is_number(value) and value > 0 and math.isfinite(value)
 
 
+def _is_text(value: object) -> bool:
+    """Whether it is text that a command line can have."""
+    if not isinstance(value, str) or "\0" in value:
+        return False
+    try:
+        value.encode()
+    except UnicodeEncodeError:  # half of a pair of surrogates
+        return False
+    return True
+
+
 _IS: dict[str, Callable[[Any], bool]] = {
     "flag": lambda value: isinstance(value, bool),
-    "text": lambda value: isinstance(value, str),
+    "text": _is_text,
     "count": lambda value: _is_number(value) and isinstance(value, int) and value >= 0,
     "seconds": _is_seconds,
     "signal": lambda value: isinstance(value, (str, int)) and not isinstance(value, bool),
-    "texts": lambda value: isinstance(value, list) and all(isinstance(one, str) for one in value),
+    "texts": lambda value: isinstance(value, list) and all(map(_is_text, value)),
 }

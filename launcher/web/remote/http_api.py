@@ -53,6 +53,7 @@ class HttpApi:
         self._toolbox = Toolbox(socket=socket, read_only=read_only)
         self._mcp: McpEndpoint | None = None
         self._starting = asyncio.Lock()
+        self._is_closed = False
 
     async def describe(self, request: Request) -> Response:
         """`/openapi.json`."""
@@ -100,6 +101,10 @@ class HttpApi:
             )
             await _problem(error, _ABSENT)(scope, receive, send)
             return
+        if self._is_closed:
+            error = BadCallError("no-run", "the run has ended")
+            await _problem(error, STATUS[error.code])(scope, receive, send)
+            return
         async with self._starting:
             if self._mcp is None:  # half a second for the package, in which pages are served
                 module = await asyncio.to_thread(importlib.import_module, _ENDPOINT)
@@ -108,6 +113,7 @@ class HttpApi:
 
     async def close(self) -> None:
         """End what is open."""
+        self._is_closed = True
         if self._mcp is not None:
             await self._mcp.close()
         await self._toolbox.close()

@@ -11,7 +11,7 @@ from starlette.types import Receive, Scope, Send
 from launcher.web.remote.mcp_server import server_of
 from launcher.web.remote.toolbox import Toolbox
 
-MOST_SESSIONS = 64
+MOST_SESSIONS = 256
 _IDLE_S = 30 * 60.0
 _REQUEST_BYTES = 256 * 1024
 

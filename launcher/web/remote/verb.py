@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from typing import Any, NoReturn
 
 from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
@@ -41,6 +42,36 @@ def main(words: Sequence[str]) -> int:
     return ExitCode.OK
 
 
+class _ProtocolOutput:
+    """The standard output, which nothing else in this process can write to any more.
+
+    It is what `stdio_server` uses of a file. If the client reads no more, this process ends.
+    """
+
+    def __init__(self) -> None:
+        sys.stdout.flush()
+        self._file = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        os.dup2(2, 1)
+
+    async def write(self, text: str) -> None:
+        await asyncio.to_thread(self._write, text)
+
+    def _write(self, text: str) -> None:
+        try:
+            self._file.write(text)
+            self._file.flush()
+        except BrokenPipeError:
+            _leave(ExitCode.OK)
+
+    async def flush(self) -> None:
+        """Each message is written at once."""
+
+
+def _leave(code: int) -> NoReturn:
+    """End this process though a thread reads stdin; guards end the commands."""
+    os._exit(code)
+
+
 async def _serve(run: str | None, *, read_only: bool) -> None:
     from mcp.server.stdio import stdio_server
 
@@ -49,17 +80,14 @@ async def _serve(run: str | None, *, read_only: bool) -> None:
 
     toolbox = Toolbox(run=run, read_only=read_only)
     loop = asyncio.get_running_loop()
-
-    def end(signum: int) -> None:
-        # A thread of `stdio_server` reads stdin, and would be waited for. Commands have guards.
-        is_interrupt = signum == signal.SIGINT
-        os._exit(ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED)
-
     for signum in heeded((signal.SIGINT, signal.SIGTERM, signal.SIGHUP)):
-        loop.add_signal_handler(signum, end, signum)
+        is_interrupt = signum == signal.SIGINT
+        code = ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
+        loop.add_signal_handler(signum, _leave, code)
     server = server_of(toolbox)
+    output: Any = _ProtocolOutput()
     try:
-        async with stdio_server() as (reading, writing):
+        async with stdio_server(stdout=output) as (reading, writing):
             await server.run(reading, writing, server.create_initialization_options())
     finally:
         await toolbox.close()

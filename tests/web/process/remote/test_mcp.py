@@ -70,6 +70,7 @@ def test_a_client_looks_at_a_run_and_controls_it(
     with_client(environment, use, mode=mode)
 
 
+@pytest.mark.thorough
 def test_the_run_is_chosen_by_each_call(start: StartRun, environment: dict[str, str]):
     async def use(client: Client) -> None:
         none = await error(client, "ps")
@@ -146,6 +147,16 @@ def test_stdout_has_only_the_protocol_and_nothing_outlives_stdin(environment: di
         assert all('"jsonrpc"' in line for line in out.splitlines())
         assert (server.process.returncode, err) == (0, "")
         assert not is_alive(child.pid)
+
+
+def test_a_server_ends_when_its_client_does_not_read_any_more(environment: dict[str, str]):
+    with RawMcp(environment) as server:
+        server.initialize()
+        assert server.process.stdout is not None and server.process.stderr is not None
+        server.process.stdout.close()
+        server.send("ping")
+        assert server.process.wait(60) == 0
+        assert server.process.stderr.read() == ""
 
 
 @pytest.mark.parametrize("signum", [signal.SIGTERM, signal.SIGKILL], ids=lambda one: one.name)
