@@ -102,7 +102,8 @@ def _of_verb(verb: Verb, *, read_only: bool) -> Tool:
     ]
     arguments = [*_names(verb), *map(_of_option, kept)]
     if verb.rest is not None:  # its choices are those of the first word
-        arguments.append(replace(Argument.of(verb.rest), choices=()))
+        rest = replace(Argument.of(verb.rest), choices=(), is_required=verb.rest == TEXT)
+        arguments.append(rest)
     if verb.streams:
         help_text = "how many of the last entries are wanted"
         arguments.append(Argument(LIMIT, "count", help_text, default=_USUAL_ITEMS, most=MOST_ITEMS))
