@@ -74,6 +74,7 @@ setup(
         "launcher.workspace.building.toolchain": ["*.cmake", "modules/*.cmake"],
         "launcher.language.compat": ["on_path/*.py"],
         "launcher.launch.supervise": ["*.json"],
+        "launcher.faults": ["*.json"],
         "launcher.hosts": ["*.json", "*.xml"],
         "launcher.faults.incident": ["*.css"],
         "launcher.smoke": ["*.json"],

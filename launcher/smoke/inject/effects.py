@@ -80,6 +80,8 @@ class KillEffect(Effect):
 class PauseEffect(Effect):
     """SIGSTOP until the end; it is undone by a stop, and by `resume`, too."""
 
+    _was_halted = False
+
     def begin(self, acts: Callable[[], None], done: Report) -> None:
         acts()
         self.signal(signal.SIGSTOP)
@@ -94,7 +96,10 @@ class PauseEffect(Effect):
             self.signal(signal.SIGCONT)
 
     def broken_by(self) -> str:
-        return _broken_by(self.target)
+        process = self.target
+        is_resumed = self._was_halted and process.host is None and not process.is_halted
+        self._was_halted = process.is_halted
+        return _broken_by(process) or ("it was resumed" if is_resumed else "")
 
 
 class HelperEffect(Effect):
@@ -229,12 +234,16 @@ class StressEffect(HelperEffect):
 
 
 class SlowEffect(StressEffect):
-    """SIGSTOP and SIGCONT in turn, from a separate process."""
+    """SIGSTOP and SIGCONT in turn, from a separate process, which counts as nobody's."""
+
+    def begin(self, acts: Callable[[], None], done: Report) -> None:
+        self.start(acts, done, self.run.env)
 
     def exited(self, code: int) -> None:
         super().exited(code)
-        if not self.target.machine.is_suspended:
-            self.signal(signal.SIGCONT)  # it may have been killed
+        # It may have been killed; or it has continued what a user has suspended meanwhile.
+        is_suspended = self.target.machine.is_suspended
+        self.signal(signal.SIGSTOP if is_suspended else signal.SIGCONT)
 
     def broken_by(self) -> str:
         return "it was paused" if self.target.machine.is_suspended else _broken_by(self.target)

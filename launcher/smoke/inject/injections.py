@@ -45,6 +45,7 @@ EFFECTS = {
 # Of these kinds, one process has one at a time: they would undo each other.
 _EXCLUSIVE = (("pause", "slow"), ("drop", "delay"))
 _ON_OTHER_HOSTS = ("pause", "kill")
+LOOK_S = 0.1
 TIME_IS_OVER = "its time is over"
 
 
@@ -90,6 +91,7 @@ class Injections(Part):
     def __init__(self, run: Run) -> None:
         super().__init__(run)
         self._active: list[ActiveInjection] = []
+        self._looks = False
 
     def of(self, processes: Collection[Process | None]) -> list[ActiveInjection]:
         """Those into these processes, or the machine (None)."""
@@ -112,6 +114,9 @@ class Injections(Part):
         effect: Effect = load(EFFECTS[injection.kind])(self.run, injection, process)
         one = ActiveInjection(injection, process, effect)
         self._active.append(one)
+        if not self._looks:
+            self._looks = True
+            self.run.reactor.call_later(LOOK_S, self._look)
         effect.on_lost = functools.partial(self._lost, one)
         effect.begin(functools.partial(self._acts, one), functools.partial(self._begun, one, done))
         return one
@@ -193,6 +198,13 @@ class Injections(Part):
         for one in self.of([process]):
             if one.effect.survives:
                 self.end(one, "the launch file was reloaded")
+
+    def _look(self) -> None:
+        """Requests of users and signals from elsewhere are no change of a state."""
+        self._looks = bool(self._active)
+        if self._looks:
+            self.changed()
+            self.run.reactor.call_later(LOOK_S, self._look)
 
     def changed(self) -> None:
         for one in self.active if self._active else ():

@@ -94,6 +94,22 @@ def test_what_is_taken_counts_as_the_process_and_is_given_back(control_bench: Co
     assert control_bench.survivors() == []
 
 
+def test_what_a_user_does_meanwhile_counts(control_bench: ControlBench):
+    with control_bench.launch(ACTIONS) as run:
+        run.ask("inject", "busy", what="slow 10", for_s=1000.0)
+        run.ask("pause", "busy")
+        assert over(run, "slow 10")["why"] == "it was paused"
+        wait_until(lambda: run.row("busy")["paused"], "that it stays suspended")
+        run.ask("inject", "idle", what="pause", for_s=1000.0)
+        run.ask("resume", "idle")
+        assert over(run, "pause")["why"] == "it was resumed"
+        run.ask("inject", "other", what="slow 2", for_s=1000.0)
+        (helper,) = (one for one in children(run) if "faults.inject" in " ".join(one.cmdline()))
+        helper.kill()
+        assert "it failed" in over(run, "slow 2")["why"]
+        wait_until(lambda: not run.row("other")["paused"], "that it runs on")
+
+
 def test_nothing_is_left_when_the_launcher_is_killed(control_bench: ControlBench):
     with control_bench.launch(ACTIONS) as run:
         for name, what in (("busy", "slow 5"), ("idle", "cpu"), ("other", "pause")):
