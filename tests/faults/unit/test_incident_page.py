@@ -205,6 +205,7 @@ def test_the_rate_falls_while_a_topic_is_silent():
 
     assert curve[min(curve)] == pytest.approx(2.0, rel=0.3)
     assert curve[max(curve)] == pytest.approx(1 / 50, rel=0.1)
+    assert max(dict(series.rates([1.0, 2.0], span, until_s=40.0))) < 41
     assert series.rates([], span) == []
 
 
@@ -217,6 +218,7 @@ def test_a_single_message_has_no_rate():
     [
         ("at least 2 Hz", [2.0]),
         ("1.5 to 3 Hz", [1.5, 3.0]),
+        ("rate of /a is 10 Hz ± 20 %", [8.0, 12.0]),
         ("every 200 ms", [5.0]),
         ("no pause above 2 s", []),
         (None, []),

@@ -37,13 +37,18 @@ def _of_topic(
     name: str, topic: ReportedTopic, incident: IncidentDocument, span: TimeSpan
 ) -> Iterator[Chart]:
     own = [fault for fault in incident.faults if name in fault.topics]
-    of_rate = (one.expected for one in own if one.expected and one.kind != "latency")
-    expected = topic.expected or next(of_rate, None)
+    expected = _expected_rate([topic.expected or "", *_expected_of(own)])
     about = ", ".join(filter(None, [topic.type, f"expected: {expected}" if expected else ""]))
     yield Chart(
         title=name,
         about=about,
-        lines=[ChartLine(name="rate", curve=series.rates(topic.arrivals, span), stepped=True)],
+        lines=[
+            ChartLine(
+                name="rate",
+                curve=series.rates(topic.arrivals, span, _observed_until(incident)),
+                stepped=True,
+            )
+        ],
         show=lambda value: f"{value:g} Hz",
         summary=_arrivals_text(topic, span),
         limits=series.expected_hz(expected),
@@ -64,6 +69,25 @@ def _of_topic(
             limits=[] if limit_s is None else [limit_s],
             bands=_bands(own, span),
         )
+
+
+def _observed_until(incident: IncidentDocument) -> float:
+    """The time of the last measurement of any kind."""
+    rows = [*incident.processes.values(), incident.machine]
+    ends = [one[-1][0] for one in rows if one]
+    ends += [one.arrivals[-1] for one in incident.topics.values() if one.arrivals]
+    return max(ends, default=0.0)
+
+
+def _expected_of(own: Sequence[ReportedFault]) -> Iterator[str]:
+    """What the faults say about anything but the delay."""
+    yield from (one.expected for one in own if one.kind != "latency")
+
+
+def _expected_rate(texts: Sequence[str]) -> str | None:
+    """The first text about a rate, else the first."""
+    known = [one for one in texts if one]
+    return next((one for one in known if series.expected_hz(one)), next(iter(known), None))
 
 
 def _delay(value: float) -> str:

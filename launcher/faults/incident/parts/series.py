@@ -13,16 +13,18 @@ COLUMNS = 250  # of a curve
 MARKS = 500  # of a row of marks
 
 Curve = list[tuple[float, float]]
-_HERTZ = re.compile(r"([\d.]+)(?:\s*(?:to|-|\.\.)\s*([\d.]+))?\s*(?:Hz\b|/s\b|per second)")
+_HERTZ = re.compile(
+    r"([\d.]+)(?:\s*(?:to|-|\.\.)\s*([\d.]+))?\s*(?:Hz\b|/s\b|per second)(?:\s*±\s*([\d.]+)\s*%)?"
+)
 _PERIOD = re.compile(r"every\s+([\d.]+)\s*(ms|s)\b")
 _SECONDS = re.compile(r"([\d.]+)\s*(ms|s)\b")
 
 
-def rates(arrivals: Sequence[float], span: TimeSpan) -> Curve:
+def rates(arrivals: Sequence[float], span: TimeSpan, until_s: float = math.inf) -> Curve:
     """The rate in Hz in each column: of its messages, or of the interval that covers it.
 
-    After the last message the interval is as long as the silence, so the curve falls. Before the
-    first one nothing is known.
+    After the last message the interval is as long as the silence, so the curve falls. Nothing is
+    known before the first one, and after `until_s`.
     """
     if not arrivals:
         return []
@@ -32,7 +34,7 @@ def rates(arrivals: Sequence[float], span: TimeSpan) -> Curve:
         start_s = span.start_s + column * width_s
         end_s = start_s + width_s
         first, last = bisect.bisect_left(arrivals, start_s), bisect.bisect_left(arrivals, end_s)
-        if last == 0:
+        if last == 0 or (last == len(arrivals) and start_s > until_s):
             continue
         if last - first >= 3:
             rate = (last - first) / width_s
@@ -84,12 +86,14 @@ def thinned(times: Sequence[float], span: TimeSpan) -> list[float]:
 
 
 def expected_hz(text: str | None) -> list[float]:
-    """The rates that a text such as `2 Hz`, `at least 5 Hz` or `every 0.5 s` names."""
+    """The limits that a text such as `at least 5 Hz`, `10 Hz ± 20 %` or `every 0.5 s` names."""
     if not text:
         return []
     found = _HERTZ.search(text)
     if found is not None:
-        return [one for one in map(_number, found.groups()) if one is not None]
+        rates = [one for one in map(_number, found.groups()[:2]) if one is not None]
+        part = (_number(found[3]) or 0.0) / 100
+        return [rate * one for rate in rates for one in ((1 - part, 1 + part) if part else (1,))]
     period = _PERIOD.search(text)
     seconds = None if period is None else _number(period[1])
     if period is None or not seconds:
