@@ -6,6 +6,8 @@ import html
 import shutil
 from collections.abc import Mapping
 
+from launcher.base.text import escape
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -30,7 +32,7 @@ def words(program: str, fault: Mapping[str, Any]) -> list[str]:
     parts = (fault["seen"], fault["cause"])
     # Desktops take the body as markup.
     body = html.escape("; ".join(filter(None, parts))[:MAX_TEXT], quote=False)
-    title, body = (text.replace("\0", " ") for text in (title, body))
+    title, body = (escape(text, keep="") for text in (title, body))
     if program.endswith("notify-send"):
         return [program, "--app-name=launcher", "--", title, body]
     call = ("--user", "call", "--", _NOTIFICATIONS, _PATH, _NOTIFICATIONS, "Notify")
