@@ -33,6 +33,10 @@ class Reports:
         with self._path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(report) + "\n")
 
+    @staticmethod
+    def now() -> float:
+        return time.time()
+
     def fault(self, change: str, **fields: Any) -> dict[str, Any]:
         """Report a change of a fault with these fields; it."""
         made = fault(**fields)

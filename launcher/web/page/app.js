@@ -1,11 +1,12 @@
 // The frame: header with the state of the run, navigation, one panel at a time.
 
 import { computed, defineAsyncComponent, onMounted, onUnmounted, ref, watchEffect } from "vue";
-import { hello, link, notices, processes } from "page/store.js";
+import { faults, hello, link, notices, processes } from "page/store.js";
 import { UnmetList } from "page/expectations/unmet.js";
 import { KeyList } from "page/key_list.js";
 import { toggleTheme } from "page/theme.js";
 import { clock, day, duration } from "page/format.js";
+import { isReported } from "page/faults/order.js";
 import { lastAddress } from "page/shared/address.js";
 
 const loadPanel = (name) => import(`page/${name}/panel.js`);
@@ -22,6 +23,7 @@ const PANELS = [
   ["services", "Services", "swap_horiz"],
   ["timeline", "Timeline", "timeline"],
   ["plan", "Plan", "account_tree"],
+  ["faults", "Faults", "report"],
 ].map(([name, label, icon], index) => ({
   name,
   label,
@@ -83,6 +85,14 @@ export const App = {
       const were = hello.value?.frozen ? "were running" : "running";
       return `${running} of ${processes.value.length} ${were}`;
     });
+    // A report of a run that was not watched has none.
+    const panels = computed(() =>
+      PANELS.filter((one) => one.name !== "faults" || faults.value || !hello.value?.frozen),
+    );
+    const activeFaults = computed(
+      () => [...(faults.value?.values() ?? [])].filter(isReported).length,
+    );
+    const faultsText = computed(() => `${activeFaults.value} ${activeFaults.value === 1 ? "fault" : "faults"}`);
     const report = computed(() => reportOf(hello.value ?? {}));
     const banner = computed(() => {
       if (link.state === "open" && link.silent_s > SILENT_S) {
@@ -100,7 +110,7 @@ export const App = {
         if (event.key === "Escape" && event.target.closest("[data-search]")) leave(event.target);
         return;
       }
-      const chosen = PANELS.find((one) => one.key === event.key);
+      const chosen = panels.value.find((one) => one.key === event.key);
       if (chosen) show(chosen.name);
       else if (event.key === "t") toggleTheme();
       else if (event.key === "?") isHelpOpen.value = true;
@@ -121,7 +131,7 @@ export const App = {
       window.removeEventListener("keydown", pressed);
     });
     return {
-      PANELS, panel, current, isDrawerOpen, isHelpOpen, show, title, counts, report, banner,
+      panels, panel, current, activeFaults, faultsText, isDrawerOpen, isHelpOpen, show, title, counts, report, banner,
       hello, link,
       notices, toggleTheme, clock,
     };
@@ -134,7 +144,8 @@ export const App = {
                  @click="isDrawerOpen = !isDrawerOpen" />
           <q-toolbar-title class="app-title">
             <span>{{ title }}</span>
-            <span class="app-counts" v-if="hello">{{ counts }}</span>
+            <span class="app-counts" v-if="hello">{{ counts }}<a v-if="activeFaults"
+                  class="app-faults lt-md" href="#/faults">{{ faultsText }}</a></span>
           </q-toolbar-title>
           <span v-if="hello?.read_only && !report" class="tag">read only</span>
           <span v-if="report" class="app-report" role="status" data-report>
@@ -160,11 +171,15 @@ export const App = {
       <q-drawer v-model="isDrawerOpen" show-if-above :width="190" :breakpoint="1023" bordered
                 class="app-drawer">
         <q-list role="tablist" aria-label="Panels">
-          <q-item v-for="one in PANELS" :key="one.name" clickable role="tab"
+          <q-item v-for="one in panels" :key="one.name" clickable role="tab"
                   :aria-selected="one.name === panel" :active="one.name === panel"
                   :data-panel="one.name" @click="show(one.name)">
             <q-item-section avatar><q-icon :name="one.icon" /></q-item-section>
             <q-item-section>{{ one.label }}</q-item-section>
+            <q-item-section v-if="one.name === 'faults' && activeFaults" side>
+              <span class="faults-count" :title="faultsText + ' active'" data-active-faults
+                >{{ activeFaults }}</span>
+            </q-item-section>
             <q-item-section side class="gt-sm"><kbd>{{ one.key }}</kbd></q-item-section>
           </q-item>
         </q-list>
@@ -176,6 +191,6 @@ export const App = {
           <div v-else class="app-empty">Connecting…</div>
         </q-page>
       </q-page-container>
-      <KeyList v-if="isHelpOpen !== null" v-model="isHelpOpen" :panels="PANELS" />
+      <KeyList v-if="isHelpOpen !== null" v-model="isHelpOpen" :panels="panels" />
     </q-layout>`,
 };

@@ -23,6 +23,7 @@ export const messages = shallowReactive(new Map()); // topic -> last messages, n
 export const plots = shallowReactive(new Map()); // "topic\nfield" -> [[wall, value]]
 export const plan = shallowRef(null);
 export const expectations = shallowRef([]);
+export const faults = shallowRef(null); // name -> fault; null: the run is not watched
 export const notices = shallowRef([]); // texts that the server has for the reader
 
 // What panels share: chosen processes, and the moment (wall time) that was clicked.
@@ -53,6 +54,7 @@ const handlers = {
       plots.clear();
       graph.value = null;
       expectations.value = [];
+      faults.value = null;
     }
     hello.value = message;
   },
@@ -100,6 +102,12 @@ const handlers = {
   },
   expectations(message) {
     expectations.value = message.items;
+  },
+  faults({ items, gone, reset }) {
+    const all = new Map(reset ? [] : faults.value);
+    for (const one of items) all.set(one.fault, one);
+    for (const name of gone) all.delete(name);
+    faults.value = all;
   },
   alive(message) {
     link.silent_s = message.silent_s;

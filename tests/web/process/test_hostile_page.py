@@ -16,11 +16,15 @@ from playwright.sync_api import Browser, expect
 
 from launcher.web.frozen import FrozenRun, freeze
 from tests.support.browser import page_at
+from tests.support.watcher_stand_in import fault
 
 pytestmark = pytest.mark.browser
 
 SEEDS = range(4)
-PANELS = ("processes", "log", "graph", "topics", "parameters", "services", "timeline", "plan")
+PANELS = (
+    *("processes", "log", "graph", "topics", "parameters", "services", "timeline", "plan"),
+    "faults",
+)
 PIECES = (
     "<img src=x onerror=alert(1)>",
     "<script>alert(2)</script>",
@@ -123,6 +127,13 @@ def messages(text: Callable[[], str]) -> list[dict[str, Any]]:
         {"event": "expectations", "items": [
             {"title": text(), "state": state, "wall": wall, "detail": text()}
             for state in ("passed", "failed", "open")]},
+        {"event": "faults", "gone": [], "reset": True, "items": [
+            {**fault(text()), "expected": text(), "seen": text(), "unit": text(), "cause": text(),
+             "rule": text(), "place": text(), "kind": text(), "lines": [text()], "nodes": [text()],
+             "processes": [text()], "topics": [text()], "message": {text(): text()}, "state": state,
+             "follows": text(), "acknowledged": {"wall_s": wall, "reason": text()},
+             "muted": {"reason": text(), "until_s": wall}}
+            for state in ("active", "suspected", "healed")]},
     ]  # fmt: off
 
 
@@ -159,7 +170,8 @@ FOREIGN = """() => [...document.body.querySelectorAll("*")].filter((one) =>
 
 def press_what_can_be_pressed(page: Any) -> None:
     """Open rows and entries: details show more texts."""
-    for kind in ("tr[data-process]", "[data-line]", ".graph-item", "tr[data-topic]"):
+    rows = ("tr[data-process]", "tr[data-topic]", "tr[data-fault]")
+    for kind in (*rows, "[data-line]", ".graph-item"):
         entries = page.locator(kind)
         if entries.count():
             entries.first.click(position={"x": 60, "y": 8})

@@ -50,6 +50,10 @@ export function marksOf(row) {
   if (row.unreachable_s) {
     marks.push(["cloud_off", `unreachable for ${duration(row.unreachable_s)}`]);
   }
+  if (row.faults?.length) {
+    const more = row.faults.length > 1 ? ` +${row.faults.length - 1}` : "";
+    marks.push(["report", `fault: ${row.faults[0]}${more}`]);
+  }
   if (row.debugger) marks.push(["bug_report", `debugger at ${row.debugger}`]);
   return marks;
 }

@@ -18,8 +18,8 @@ const MARKS = {
   ready: ["ready", "good"],
   responds: ["ready", "good"],
   "not responding": ["alarm", "bad"],
-  fault: ["report", "bad"],
-  "fault healed": ["task_alt", "good"],
+  fault: ["fault", "bad"],
+  "fault healed": ["healed", "good"],
   "fault action": ["asked", (e) => (e.ok ? "accent" : "warn")],
   stuck: ["alarm", "bad"],
   "over budget": ["alarm", "warn"],
@@ -59,6 +59,11 @@ const SHAPES = {
   ready: "m-5,0 l3.5,3.5 l6.5,-7 l-1.2,-1.5 l-5.3,5.8 l-2.1,-2.2 z",
   waiting: "m-4,-5 h8 l-8,10 h8 z",
   alarm: "m0,-5.5 l5.5,10 h-11 z",
+  fault:
+    "m-2.3,-5.5 h4.6 l3.2,3.2 v4.6 l-3.2,3.2 h-4.6 l-3.2,-3.2 v-4.6 z " +
+    "m1.4,2 v4 h1.8 v-4 z m0,5.2 v1.8 h1.8 v-1.8 z",
+  healed:
+    "m-5,0 a5,5 0 1,0 10,0 a5,5 0 1,0 -10,0 z m2.4,0 a2.6,2.6 0 1,1 5.2,0 a2.6,2.6 0 1,1 -5.2,0 z",
   change: "m-5,-1.5 h3.5 v-3.5 h3 v3.5 h3.5 v3 h-3.5 v3.5 h-3 v-3.5 h-3.5 z",
   snapshot: "m-5,-3 h3 l1,-2 h2 l1,2 h3 v7 h-10 z",
   stop: "m-1.5,-7 h3 v14 h-3 z",

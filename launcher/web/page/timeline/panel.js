@@ -23,6 +23,8 @@ const LEGEND = [
   ["asked", "accent", "request"],
   ["ready", "good", "ready"],
   ["alarm", "bad", "alarm"],
+  ["fault", "bad", "fault"],
+  ["healed", "good", "healed"],
   ["change", "accent", "reload, host"],
   ["snapshot", "accent", "snapshot"],
   ["expected", "good", "expectation"],
