@@ -194,7 +194,7 @@ def _serve_change(
         if "error" in answer:
             exchange.fail(BadCallError("wrong-state", answer["error"]))
         else:
-            exchange.reply({"faults": [answer["answer"]]}, [fault_line(answer["answer"])])
+            exchange.reply({"faults": [answer["fault"]]}, [fault_line(answer["fault"])])
 
     watch.change(change, name, more, done)
 

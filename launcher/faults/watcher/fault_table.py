@@ -157,14 +157,12 @@ class FaultTable:
         """KeyError for one that is not known."""
         fault = self.faults[name]
         fault.acknowledged = {"wall_s": round(time.time(), 3), "reason": reason}
-        self._report(fault, "updated")
         return fault
 
     def mute(self, name: str, reason: str | None, until_s: float | None) -> Fault:
         """Until this time of the day, or for good; KeyError."""
         fault = self.faults[name]
         fault.muted = self.mutes[name] = {"reason": reason, "until_s": until_s}
-        self._report(fault, "updated")
         return fault
 
     def unmute(self, name: str) -> Fault:
@@ -172,7 +170,6 @@ class FaultTable:
         fault = self.faults[name]
         fault.muted = None
         self.mutes.pop(name, None)
-        self._report(fault, "updated")
         return fault
 
     def end_mutes(self) -> None:
@@ -182,7 +179,7 @@ class FaultTable:
             if mute["until_s"] is not None and mute["until_s"] <= now_s:
                 del self.mutes[name]
                 if name in self.faults:
-                    self.unmute(name)
+                    self._report(self.unmute(name), "updated")
 
 
 def _explain(fault: Fault, cause: Cause | None) -> None:

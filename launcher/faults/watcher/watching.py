@@ -248,7 +248,8 @@ class Watching:
             self._say(id=request["id"], error=f"no fault '{name}'")
         else:
             self._keep_mute(fault)
-            self._say(id=request["id"], answer=fault.document(self._observations.wall_of))
+            document = fault.document(self._observations.wall_of)
+            self._say(id=request["id"], fault=document, change="updated")
 
     def _keep_mute(self, fault: Fault) -> None:
         """For later runs of the same launch file."""
