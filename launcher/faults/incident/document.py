@@ -143,13 +143,10 @@ def from_value(value: object) -> IncidentDocument:
     raw = document_without_secrets(value)
     problems: list[str] = []
     doc = Fields(raw, "", problems)
-    number = doc.whole("format", FORMAT)
-    if number > FORMAT:
-        problems.append(f"format {number} is newer than {FORMAT}: what is new in it is not shown")
+    _check_format(doc)
     faults = tuple(_fault(one) for one in doc.objects("faults", MAX_FAULTS))
+    first_s = min((one.first_s for one in faults if one.first_s is not None), default=0.0)
     opened_s = doc.time("opened_s")
-    if opened_s is None:
-        opened_s = min((one.first_s for one in faults if one.first_s is not None), default=0.0)
     events = [_entry(one) for one in doc.items("events", MAX_EVENTS)]
     if None in events:
         problems.append(
@@ -158,7 +155,7 @@ def from_value(value: object) -> IncidentDocument:
     return IncidentDocument(
         number=doc.whole("number", 0),
         title=_title_of(doc.text("title"), faults),
-        opened_s=opened_s,
+        opened_s=first_s if opened_s is None else opened_s,
         closed_s=doc.time("closed_s"),
         run=doc.mapping("run"),
         launcher=doc.text("launcher"),
@@ -179,6 +176,13 @@ def from_value(value: object) -> IncidentDocument:
         problems=tuple(problems),
         raw=raw,
     )
+
+
+def _check_format(doc: Fields) -> None:
+    number = doc.whole("format", FORMAT)
+    if number > FORMAT:
+        text = f"format {number} is newer than {FORMAT}: what is new in it is not shown"
+        doc.problems.append(text)
 
 
 def _entry(value: object) -> Entry | None:

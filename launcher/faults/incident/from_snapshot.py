@@ -46,12 +46,14 @@ def document_of(path: str, folder: RunFolder | None = None, *, has_topics: bool 
     reason = _reason(index)
     opened_s = max((one.wall_s for one in deaths if f"{one.process} " in reason), default=end_s)
     faults = [_fault(entry, entries, lines, index) for entry in deaths[::-1]]
+    wanted = [topic for one in faults for topic in one["topics"]]
     run = dict(folder.run) if folder else {}
+    versions = dict(folder.versions) if folder else {}
     return {
         "format": 1,
         "number": 0,
         "run": run,
-        "launcher": (folder.versions.get("launcher") if folder else None) or "",
+        "launcher": versions.pop("launcher", ""),
         "ros": "",
         "title": reason,
         "opened_s": opened_s,
@@ -59,9 +61,7 @@ def document_of(path: str, folder: RunFolder | None = None, *, has_topics: bool 
         "faults": faults,
         "causes": [cause for entry in deaths for cause in _causes(entry, entries)],
         "graphs": {"before": _graph(path), "after": None},
-        "topics": _topics(path, [topic for one in faults for topic in one["topics"]])
-        if has_topics
-        else {},
+        "topics": _topics(path, wanted) if has_topics else {},
         "processes": _samples(entries, [name for one in faults for name in one["processes"]]),
         "machine": [],
         "lines": [
@@ -70,9 +70,7 @@ def document_of(path: str, folder: RunFolder | None = None, *, has_topics: bool 
         ],
         "events": [entry.item for entry in entries if not entry.event.is_sample],
         "snapshot": path,
-        "versions": {
-            k: v for k, v in (folder.versions if folder else {}).items() if k != "launcher"
-        },
+        "versions": versions,
     }
 
 
