@@ -7,6 +7,8 @@ import contextlib
 import http.client
 import json
 import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -247,3 +249,12 @@ def test_the_end_of_the_run_ends_open_calls(tmp_path: Path):
         assert page.run.exit_code() == 0
         wait_until(lambda: not is_alive(command), "its end")
         connection.close()
+
+
+def test_the_page_s_server_imports_nothing_of_this_before_a_program_asks():
+    code = "import sys, launcher.web.web_server; print(*sys.modules)"
+    found = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+
+    assert not [name for name in found if name.startswith(("launcher.web.remote", "mcp"))]
