@@ -10,6 +10,7 @@ from typing import Any
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 TIMEOUT_MS = 30_000  # a probe starts, and nodes are discovered, beside other processes
+_running: list[Browser] = []
 expect.set_options(timeout=TIMEOUT_MS)
 
 
@@ -23,13 +24,18 @@ def browser() -> str:
 
 @contextlib.contextmanager
 def chromium() -> Iterator[Browser]:
-    """A browser without a window."""
+    """A browser without a window: of a process, one at a time, which further callers share."""
+    if _running:
+        yield _running[0]
+        return
     with sync_playwright() as playwright:
         # Containers lack what the sandbox needs, and have a small /dev/shm.
         started = playwright.chromium.launch(
             executable_path=browser(), args=["--no-sandbox", "--disable-dev-shm-usage"]
         )
+        _running.append(started)
         yield started
+        _running.remove(started)
         started.close()
 
 

@@ -14,9 +14,9 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
@@ -68,6 +68,7 @@ class Bridge:
         self._path = path
         self._connection = Connection(path)
         self._known: list[Status] = []
+        self._is_watched = True  # until the run refuses to list faults
         self._services: dict[str, str] = {}
         self._participants: set[bytes] = set()
         self._changed_s = time.monotonic()
@@ -97,16 +98,29 @@ class Bridge:
         on_end()
 
     def publish(self) -> None:
-        """Ask for the state of the processes and publish it."""
+        """Ask for the state of the processes and for faults, and publish it."""
         try:
             rows = self._connection.ask("ps", timeout_s=ANSWER_TIMEOUT_S).result["processes"]
+            faults = self._faults()
         except ControlError as error:
             self._send(all_stale(self._known, f"the launcher does not answer: {error.message}"))
             self._reconnect()
             return
         self._offer_services(rows)
-        self._known = statuses(rows, self._connection.hello["run"], self._observer.name)
+        run, name = self._connection.hello["run"], self._observer.name
+        self._known = statuses(rows, run, name, faults)
         self._send(self._known)
+
+    def _faults(self) -> Sequence[Mapping[str, Any]]:
+        """Those of a watched run; ControlError."""
+        if not self._is_watched:
+            return ()
+        try:
+            result = self._connection.ask("faults", timeout_s=ANSWER_TIMEOUT_S).result
+        except RefusedError:
+            self._is_watched = False
+            return ()
+        return cast("list[Mapping[str, Any]]", result["faults"])
 
     def _reconnect(self) -> None:
         """Reconnect: a late answer would be taken for that to the next request."""

@@ -1,4 +1,4 @@
-"""The processes of a run as levels, messages and values of /diagnostics."""
+"""The processes and faults of a run as levels, messages and values of /diagnostics."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from typing import Any
 
 from launcher.base.text import count
 from launcher.control.answer_lines import unreachable
+from launcher.control.fault_texts import clock
 
 YOUNG_S = 10.0  # a restarted process is shown as WARN for this time
 
 Row = Mapping[str, Any]
+Fault = Mapping[str, Any]  # docs/reference/faults.md
 
 
 class DiagnosticLevel(enum.IntEnum):
@@ -35,15 +37,20 @@ class Status:
     values: tuple[tuple[str, str], ...] = ()
 
 
-def statuses(rows: Iterable[Row], run: Mapping[str, Any], node: str) -> list[Status]:
-    """The run itself, then each process, for rqt_robot_monitor and Foxglove.
+def statuses(
+    rows: Iterable[Row], run: Mapping[str, Any], node: str, faults: Iterable[Fault] = ()
+) -> list[Status]:
+    """The run itself, then each process and fault, for rqt_robot_monitor and Foxglove.
 
-    `node` comes before their names, so that the runs of a domain differ.
+    `node` comes before their names, so that the runs of a domain differ. A fault that has healed
+    stays, as OK: monitors show an entry that is missing as stale. Muted ones, and those that were
+    never confirmed, are left out.
     """
     rows = list(rows)
     found = [_of_process(row, node) for row in rows]
     running = sum(row["state"] == "RUNNING" for row in rows)
-    return [_of_run(found, running, run, node), *found]
+    of_faults = [_of_fault(one, node) for one in faults if one["count"] and not one["muted"]]
+    return [_of_run(found, of_faults, running, run, node), *found, *of_faults]
 
 
 def all_stale(before: Iterable[Status], why: str) -> list[Status]:
@@ -54,19 +61,56 @@ def all_stale(before: Iterable[Status], why: str) -> list[Status]:
     ]
 
 
-def _of_run(processes: list[Status], running: int, run: Mapping[str, Any], node: str) -> Status:
-    bad = [one for one in processes if one.level in (DiagnosticLevel.WARN, DiagnosticLevel.ERROR)]
+def _of_run(
+    processes: list[Status],
+    faults: list[Status],
+    running: int,
+    run: Mapping[str, Any],
+    node: str,
+) -> Status:
+    bad, active = (
+        [one for one in those if one.level in (DiagnosticLevel.WARN, DiagnosticLevel.ERROR)]
+        for those in (processes, faults)
+    )
     names = ", ".join(one.name.partition(": ")[2] for one in bad)
     summary = f"{running} of {count(len(processes), 'process')} running"
+    if active:
+        summary += f", {count(len(active), 'fault')}"
     return Status(
         name=f"{node}: run",
-        level=max((one.level for one in bad), default=DiagnosticLevel.OK),
+        level=max((one.level for one in (*bad, *active)), default=DiagnosticLevel.OK),
         message=f"{summary}; see {names}" if bad else summary,
         values=tuple(
             (name, str(run[name]))
             for name in ("id", "pid", "target", "log_dir", "domain_id")
             if run.get(name) is not None
         ),
+    )
+
+
+def _of_fault(fault: Fault, node: str) -> Status:
+    cause = f"; {fault['cause']}" if fault["cause"] else ""
+    level, message = DiagnosticLevel.ERROR, f"{fault['seen']}{cause}"
+    if fault["state"] != "active":
+        level, message = DiagnosticLevel.OK, "healed"
+    elif fault["acknowledged"]:
+        level = DiagnosticLevel.WARN
+    values = {
+        "expected": fault["expected"],
+        "since": clock(fault["first_s"]),
+        "how often": fault["count"],
+        "follows": fault["follows"],
+        "processes": ", ".join(fault["processes"]) or None,
+        "topics": ", ".join(fault["topics"]) or None,
+        "nodes": ", ".join(fault["nodes"]) or None,
+        "acknowledged": (fault["acknowledged"] or {}).get("reason"),
+        "place": fault["place"],
+    }
+    return Status(
+        name=f"{node}: fault {fault['fault']}",
+        level=level,
+        message=message,
+        values=_texts(values),
     )
 
 
@@ -120,6 +164,11 @@ def _values(row: Row) -> tuple[tuple[str, str], ...]:
         "open files": row["fds"],
         "last exit": None if last is None else last["text"],
     }
+    return _texts(values)
+
+
+def _texts(values: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
+    """Those that are known."""
     return tuple((name, str(value)) for name, value in values.items() if value is not None)
 
 

@@ -30,6 +30,7 @@ from tests.support.children import children_with, is_alive
 from tests.support.controlled_run import ControlledRun
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.waiting import wait_until
+from tests.support.watcher_stand_in import IN_PLACE, Reports
 
 OK, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 SLEEPERS = """sh("exec sleep 1000", name="left"), sh("exec sleep 1000", name="right")"""
@@ -160,6 +161,20 @@ def test_diagnostics_report_each_process_and_its_exit(run: ControlledRun, monito
     os.kill(run.row("left")["pid"], signal.SIGKILL)
     monitor.wait("left-1", ERROR, "exited unexpectedly: SIGKILL")
     monitor.wait("run", ERROR, "1 of 2 processes running; see left-1")
+
+
+def test_diagnostics_report_faults_of_a_watched_run(
+    domain: dict[str, str], tmp_path: Path, monitor: Monitor
+):
+    reports = Reports(tmp_path)
+    reports.fault("confirmed")
+    env = {**domain, **reports.env}
+    with run_of(env, tmp_path, f"{IN_PLACE} {SLEEPERS}", "--watchful"):
+        monitor.wait("fault robot_1 reports", ERROR, "no message for 3.0 s; cat-1 was killed")
+        monitor.wait("run", ERROR, "2 of 2 processes running, 1 fault")
+        reports.fault("healed", state="healed", healed_s=reports.now())
+        monitor.wait("fault robot_1 reports", OK, "healed")
+        monitor.wait("run", OK, "2 of 2 processes running")
 
 
 @pytest.mark.thorough

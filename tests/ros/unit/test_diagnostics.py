@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from launcher.ros.helpers.diagnostics import DiagnosticLevel, all_stale, service_names, statuses
+from tests.support.watcher_stand_in import fault
 
 RUN = {"id": "1-a", "pid": 1, "target": "x.launch.py", "log_dir": None, "domain_id": 7}
 
@@ -103,6 +104,27 @@ def test_the_run_is_as_bad_as_its_worst_process():
     assert run.level is DiagnosticLevel.ERROR
     assert run.message == "1 of 3 processes running; see b-2, c-3"
     assert dict(run.values) == {"id": "1-a", "pid": "1", "target": "x.launch.py", "domain_id": "7"}
+
+
+def test_active_faults_count_for_the_run_and_healed_ones_stay_as_ok():
+    healed = fault("d", state="healed", healed_s=1.0)
+    mute = {"reason": None, "until_s": None}
+    faults = [
+        fault("a", acknowledged={"wall_s": 1.0, "reason": "seen"}, cause=None),
+        fault("b", muted=mute),
+        fault("c", state="suspected", count=0),
+        healed,
+    ]
+    run, _, a, d = statuses([row()], RUN, "launcher", faults)
+    assert (a.level, a.message) == (DiagnosticLevel.WARN, "no message for 3.0 s")
+    assert a.name == "launcher: fault a"
+    assert dict(a.values)["acknowledged"] == "seen"
+    assert (d.level, d.message) == (DiagnosticLevel.OK, "healed")
+    assert (run.level, run.message) == (DiagnosticLevel.WARN, "1 of 1 process running, 1 fault")
+
+    run, *_, e = statuses([row()], RUN, "launcher", [healed, fault("e")])
+    assert run.level is e.level is DiagnosticLevel.ERROR
+    assert e.message == "no message for 3.0 s; cat-1 was killed (SIGKILL)"
 
 
 def test_a_stopped_process_is_not_an_error():

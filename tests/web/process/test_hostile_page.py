@@ -7,6 +7,7 @@ would refuse as names.
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, expect
 
+from launcher.web.assets import PAGE
 from launcher.web.frozen import FrozenRun, freeze
 from tests.support.browser import page_at
 from tests.support.watcher_stand_in import fault
@@ -21,10 +23,8 @@ from tests.support.watcher_stand_in import fault
 pytestmark = pytest.mark.browser
 
 SEEDS = range(4)
-PANELS = (
-    *("processes", "log", "graph", "topics", "parameters", "services", "timeline", "plan"),
-    "faults",
-)
+_ROW = re.compile(r'^  \["(\w+)", "', re.MULTILINE)
+PANELS = _ROW.findall((PAGE / "app.js").read_text(encoding="utf-8"))
 PIECES = (
     "<img src=x onerror=alert(1)>",
     "<script>alert(2)</script>",
@@ -127,7 +127,7 @@ def messages(text: Callable[[], str]) -> list[dict[str, Any]]:
         {"event": "expectations", "items": [
             {"title": text(), "state": state, "wall": wall, "detail": text()}
             for state in ("passed", "failed", "open")]},
-        {"event": "faults", "gone": [], "reset": True, "items": [
+        {"event": PANELS[-1], "gone": [], "reset": True, "items": [
             {**fault(text()), "expected": text(), "seen": text(), "unit": text(), "cause": text(),
              "rule": text(), "place": text(), "kind": text(), "lines": [text()], "nodes": [text()],
              "processes": [text()], "topics": [text()], "message": {text(): text()}, "state": state,
