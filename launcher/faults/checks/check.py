@@ -12,7 +12,7 @@ from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.expect.expectation_fields import Confirmation
 
 GRACE_S = 15.0  # of a start, where the expectation names no time: discovery, and slow programs
-SETTLE_S = 10.0  # after a user has started, stopped or restarted a process
+SETTLE_S = 5.0  # after a user has started, stopped or restarted a process
 
 
 @dataclass(frozen=True, slots=True)
