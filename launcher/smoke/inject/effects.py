@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end
 from launcher.run.processes.machine_events import ProcessState
+from launcher.run.requests.process_signals import SUSPEND_POLL_S, SUSPEND_TIMEOUT_S
 from launcher.smoke.inject.grammar import Injection
 
 TYPE_CHECKING = False
@@ -85,7 +86,17 @@ class PauseEffect(Effect):
     def begin(self, acts: Callable[[], None], done: Report) -> None:
         acts()
         self.signal(signal.SIGSTOP)
-        done(None)
+        child, until_s = self.target.child, self.run.reactor.now() + SUSPEND_TIMEOUT_S
+
+        def check() -> None:
+            is_over = self.target.child is not child or self.run.reactor.now() > until_s
+            self._was_halted = self.target.host is None and self.target.is_halted
+            if self._was_halted or is_over or self.target.host is not None:
+                done(None)
+            else:
+                self.run.reactor.call_later(SUSPEND_POLL_S, check)
+
+        check()
 
     def end(self, done: Callable[[], None]) -> None:
         self.close()
@@ -97,8 +108,7 @@ class PauseEffect(Effect):
 
     def broken_by(self) -> str:
         process = self.target
-        is_resumed = self._was_halted and process.host is None and not process.is_halted
-        self._was_halted = process.is_halted
+        is_resumed = self._was_halted and not process.is_halted
         return _broken_by(process) or ("it was resumed" if is_resumed else "")
 
 

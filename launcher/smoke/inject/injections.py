@@ -151,7 +151,7 @@ class Injections(Part):
 
     def _begun(self, one: ActiveInjection, done: Answered, problem: str | None) -> None:
         if problem is not None:
-            self._finish(one, f"it failed: {problem}")
+            self._finish(one, one.why or f"it failed: {problem}")
         elif one.injection.for_s is None:
             self._active.remove(one)
         elif not one.is_ending:
