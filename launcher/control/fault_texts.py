@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.base.text import escape
+from launcher.base.model.fault_events import with_cause
+from launcher.base.text import escape, several
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -82,10 +83,10 @@ def fault_line(fault: Fault) -> str:
     change = fault.get("change", _PRESENT)
     at_s = fault.get(_TIMES.get(change, "last_s" if change == _UPDATED else "first_s"))
     word = change if change in _TIMES or change == "dismissed" else state_word(fault)
-    cause = f"; {fault['cause']}" if fault["cause"] else ""
+    seen = with_cause(fault["seen"], fault["cause"])
     follows = f" (follows from '{fault['follows']}')" if fault["follows"] else ""
-    text = f"{clock(at_s or fault['first_s'])} {word}: {fault['fault']}: {fault['seen']}"
-    return escape(f"{text}{cause}{follows}", keep="")
+    text = f"{clock(at_s or fault['first_s'])} {word}: {fault['fault']}: {seen}"
+    return escape(f"{text}{follows}", keep="")
 
 
 class FaultLines:
@@ -104,10 +105,10 @@ class FaultLines:
 
 
 def left_lines(left: Iterable[Mapping[str, Any]]) -> list[str]:
-    """What a watched run leaves to smoke, one line for each reason."""
+    """What a watched run leaves to smoke, one line for each reason; `--json` has all names."""
     names: dict[str, list[str]] = {}
     for one in left:
         names.setdefault(str(one["why"]), []).append(str(one["expectation"]))
     return [
-        escape(f"left to smoke, {why}: {', '.join(those)}", keep="") for why, those in names.items()
+        escape(f"left to smoke, {why}: {several(those)}", keep="") for why, those in names.items()
     ]

@@ -158,9 +158,18 @@ class FaultWatch(Part):
         return {"active_faults": len(self.reported())}
 
     def row(self, process: Process) -> Mapping[str, object]:
-        """The names of the active faults that are about it, in `ps`."""
+        """The names of the active faults that are about it, in `ps`.
+
+        One that follows from another is not about all that publish its topic.
+        """
         name = process.name
-        return {"faults": [one["fault"] for one in self.reported() if name in one["processes"]]}
+        return {
+            "faults": [
+                one["fault"]
+                for one in self.reported()
+                if one["processes"] == [name] or (name in one["processes"] and not one["follows"])
+            ]
+        }
 
 
 def serve(request: VerbRequest) -> None:

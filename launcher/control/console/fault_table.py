@@ -43,7 +43,8 @@ def _table(faults: Iterable[Mapping[str, Any]], columns: int) -> Table:
     for title in ("state", "fault", "since", "seen", *(("cause",) if is_wide else ())):
         table.add_column(title, overflow="fold", no_wrap=title == "state")
     for depth, fault in arranged(faults):
-        word, seen, cause = state_word(fault), _text(fault["seen"]), _text(fault["cause"] or "")
+        word, seen = state_word(fault), _text(fault["seen"])
+        cause = _text("" if fault["cause"] in (None, fault["seen"]) else fault["cause"])
         times = f" x{fault['count']}" if fault["count"] > 1 else ""
         if not is_wide and cause:
             seen = Text("\n").join([seen, Text.assemble("because: ", cause, style="dim")])

@@ -108,8 +108,7 @@ def request_of_a_user(fault: Fault, story: Story) -> Cause | None:
 def death(fault: Fault, story: Story) -> Cause | None:
     """A process has died, or could not be started, and is what the fault is about."""
     for name, at_s, text in _deaths(fault, story):
-        row = story.row(name)
-        is_again = row is not None and row["state"] == "RUNNING"
+        is_again = bool(story.of(Started, name, at_s))
         more = ", and was started again" if is_again and fault.origin.kind != "no deaths" else ""
         return Cause(
             rule="death",

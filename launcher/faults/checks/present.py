@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 from launcher.faults.checks.check import ExpectationCheck
@@ -12,6 +13,7 @@ from launcher.smoke.expect.expectation import START, Decision, Expectation, Verd
 from launcher.smoke.judges import judge
 from launcher.smoke.observe.facts import Facts, QueryAnswer
 
+_NEVER = re.compile("never; known nodes: .*")  # which may include it, if its process is gone
 STALE_S = 5.0  # an answer that is older says nothing of now
 
 
@@ -60,7 +62,7 @@ class GraphCheck(ExpectationCheck):
             nodes = story.publishers(subject)
             processes, topics = story.processes_of(nodes), (subject,)
         return Finding(
-            seen=verdict.seen.replace("never; known", "it is not there; known"),
+            seen=_NEVER.sub("it is not there", verdict.seen),
             processes=processes,
             nodes=nodes,
             topics=topics,
