@@ -226,8 +226,8 @@ def starvation(fault: Fault, story: Story) -> Cause | None:
         return None
     rows = [row for row in story.rows if row["name"] in fault.finding.processes]
     waits = [story.delays.share(r["pid"]) or 0.0 for r in rows if r["pid"] is not None]
-    if not any(wait >= DELAYED for wait in waits):
-        return None  # others do
+    if not any(wait >= max(DELAYED, fault.finding.lack / 2) for wait in waits):
+        return None  # others do, or it would not make up for what is missing
     return Cause(
         rule="starvation",
         text=f"programs wait for a processor {share:.0%} of the time{_busiest(story)}",

@@ -50,7 +50,7 @@ class TrafficCheck(ExpectationCheck):
         if silent_s <= limit_s:
             return None
         seen = f"silent for {seconds_text(silent_s)}"
-        return self.found(story, seen, value=0.0, unit="Hz", since_s=last_s)
+        return self.found(story, seen, value=0.0, unit="Hz", since_s=last_s, lack=1.0)
 
 
 class RateCheck(TrafficCheck):
@@ -90,7 +90,8 @@ class RateCheck(TrafficCheck):
         if span.low - slack_hz <= rate_hz <= span.high + slack_hz:
             return None
         seen = f"{rate_hz:.3g} Hz in the last {self.window_s:.3g} s"
-        return self.found(story, seen, value=rate_hz, unit="Hz")
+        lack = max(0.0, 1.0 - rate_hz / span.low) if span.low > 0 else 0.0
+        return self.found(story, seen, value=rate_hz, unit="Hz", lack=lack)
 
 
 class GapCheck(TrafficCheck):

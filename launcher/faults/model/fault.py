@@ -15,7 +15,8 @@ class Finding:
 
     `since_s`: since when, in time of the run; `certain`: it needs no confirmation; `times`: how
     many violations it stands for; `guess`: a probable cause that the judge has found. `settles`: it
-    may be of a process that is just starting, and pass.
+    may be of a process that is just starting, and pass. `lack`: the part, 0 to 1, of what is
+    expected that is missing.
     """
 
     seen: str
@@ -29,6 +30,7 @@ class Finding:
     since_s: float | None = None
     certain: bool = False
     settles: bool = True
+    lack: float = 0.0
     times: int = 1
 
 
