@@ -33,6 +33,7 @@ from benchmarks.terminal import terminal
 from benchmarks.throughput import pipes, ptys
 from benchmarks.verb_costs import verbs
 from benchmarks.warm import discovery, hundred, saving, starts
+from benchmarks.watched.trials import injected_faults
 
 BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "first": first_exec,
@@ -58,6 +59,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "topic-list": topic_list,
     "topic-stream": topic_stream,
     "first-answers": first_answers,
+    "injected-faults": injected_faults,
     "own-types": own_types,
     "discovery-late": discovery.late,
     "discovery-graph": discovery.graph,

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from benchmarks.harness import median, scratch
+from benchmarks.harness import NotHereError, Row, median, scratch
 from benchmarks.watched.injections import INJECTIONS, Injection
 from benchmarks.watched.system import WatchedSystem
 
@@ -64,6 +64,28 @@ def _trial(system: WatchedSystem, kind: str, injection: Injection, seed: int) ->
             seconds, rule, cause = max(0.0, at_s - begun_s), fault["rule"], fault["cause"]
             time.sleep(CAUSE_S)
     return Trial(kind, seed, injection.rule, seconds, rule, cause, system.await_health(HEAL_S))
+
+
+def injected_faults(runs: int) -> list[Row]:
+    """All kinds that are possible here, with so many seeds each."""
+    found: list[Trial] = []
+    missing = []
+    for kind in INJECTIONS:
+        try:
+            found += trials(kind, range(runs))
+        except NotHereError as error:
+            missing.append(f"{kind}: {error}")
+    seconds = [FOUND_S if one.seconds is None else one.seconds for one in found]
+    slow = max(found, key=lambda one: FOUND_S if one.seconds is None else one.seconds)
+    detail = "; ".join([f"{len(found)} faults", *missing])
+    wrong = ", ".join(sorted({one.kind for one in found if not one.is_right}))
+    share_found = sum(one.seconds is not None for one in found) / len(found) * 100
+    share_right = sum(one.is_right for one in found) / len(found) * 100
+    return [
+        Row("injected faults that are found", share_found, "%", 95.0, detail, at_least=True),
+        Row("of them with the right cause", share_right, "%", 90.0, wrong, at_least=True),
+        Row("until they are confirmed, the slowest", max(seconds), "s", 3.0, slow.kind),
+    ]
 
 
 def summary(found: list[Trial]) -> str:
