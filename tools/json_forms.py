@@ -38,6 +38,7 @@ _FAULT = (
     "last_s, healed_s, count, lines[], message*, processes[], nodes[], topics[], cause, rule, "
     "follows, incident, acknowledged{wall_s, reason}, muted{reason, until_s}"
 )
+_VERSION = "files_hash, git"
 _STAMP = "time, phase, cause, since_cause"
 _QOS = "reliability, durability, liveliness, deadline_ns, lease_ns"
 _TYPED = "name, types[]"
@@ -142,6 +143,12 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             _DROPPED,
             lines=True,
             page="those of a fault, and `change`",
+        ),
+        _form(
+            "faults --all-runs",
+            "targets[target, runs, since_s, faults[fault, kind, since_s, last_s, times, runs, "
+            f"runs_since, first_version{{{_VERSION}}}, last_version{{{_VERSION}}}, versions, "
+            "seen, cause, muted{reason, until_s}]]",
         ),
         _form("watch", "on, launch_files[], processes[name, watched, files[]]"),
         _form(
@@ -329,6 +336,3 @@ def all_forms() -> Iterator[Form]:
 def form_of(verb: str) -> Form:
     """The form of a verb; of one with an option in its name, of that form of it."""
     return next(form for form in all_forms() if verb in form.verbs)
-
-
-# ---- the keys of a text

@@ -1,4 +1,4 @@
-"""`faults`: what is wrong in a watched run, from another shell."""
+"""`faults`: what is wrong in a watched run, from another shell, and in all runs before."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import Command
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.option import DEBUG, option
 from launcher.base.verb_table import VERBS
@@ -26,14 +26,17 @@ _VERB = verbs.known("faults")  # the same of the control socket
 COMMAND = Command(
     "faults",
     VERBS["faults"],
-    synopsis="[-f] [--check] [--mute FAULT] [--run ID] [--json]",
+    synopsis="[-f] [--check] [--mute FAULT] [--run ID] [--json] | --all-runs [TARGET]",
     about="""\
 List the faults of a run that was started with --watchful or --expect, each with its cause; one
 that follows from another is indented below it. With -f, print a line for each change until Ctrl-C
-or the end of the run.""",
+or the end of the run. With --all-runs, list those of all runs in the log folder: since when, how
+often, and in which versions of the launch file.""",
+    arguments=(option("[TARGET]", "with --all-runs: a launch file, or the beginning of its name"),),
     options=(
         *_VERB.options,
         option("--check", "exit with code 1 if a fault is active that is not muted"),
+        option("--all-runs", "list the faults of all runs in the log folder"),
         option("--json", "print one JSON object; with -f, one per line"),
         option("--run ID", "id, pid or target of the run, or the beginning of one of these"),
         DEBUG,
@@ -45,6 +48,11 @@ or the end of the run.""",
 def main(words: Sequence[str]) -> int:
     """Show the faults, or change one; the exit code."""
     options = COMMAND.parse(words)
+    if options.all_runs:
+        return _show_history(options)
+    if options.target is not None:
+        hint = "a run is chosen by --run"
+        raise UsageError(f"'{options.target}': a target belongs to --all-runs", hint=hint)
     call = verbs.call_of(_VERB, options)
     _check(call)
     run = find_run(options.run, _warn, read_only=verbs.only_reads("faults", call.options))
@@ -52,6 +60,16 @@ def main(words: Sequence[str]) -> int:
         if options.follow:
             return _follow(connection, call, as_json=options.json)
         return _show(connection, call, as_json=options.json, checks=options.check)
+
+
+def _show_history(options: Parsed) -> int:
+    from launcher.faults.history import listing
+
+    belongs = {"all_runs", "json", "debug", "workspace"}
+    for one, words, _ in options.given:
+        if one is not None and one.name not in belongs:
+            raise UsageError(f"--all-runs and {words[0]} exclude each other")
+    return listing.show(os.environ, options.target, as_json=options.json)
 
 
 def _check(call: Call) -> None:

@@ -19,7 +19,7 @@ _RIGHT = (3,)
 MAX_NAME = 80
 
 
-def show(env: Mapping[str, str], target: str | None = None, *, is_json: bool = False) -> int:
+def show(env: Mapping[str, str], target: str | None = None, *, as_json: bool = False) -> int:
     """Print the faults of all runs, of all targets or of one, and return the exit code.
 
     `target` is a launch file, its path, or the beginning of its name. LauncherError if there are
@@ -31,7 +31,7 @@ def show(env: Mapping[str, str], target: str | None = None, *, is_json: bool = F
         raise LauncherError(str(error), hint="remove it to begin a new one") from None
     if target is not None:
         found = _chosen(found, target)
-    if is_json:
+    if as_json:
         print_document({"targets": [one.document() for one in found]})
     elif found:
         print_text("\n\n".join("\n".join(_lines(one)) for one in found))

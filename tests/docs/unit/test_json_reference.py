@@ -111,6 +111,7 @@ ELSEWHERE = {
     "debug": "control/process/test_debug.py",
     "loglevel": "run/process/test_log_levels.py",
     "faults": "faults/process/test_faults_verb.py",
+    "faults --all-runs": "faults/unit/test_history.py",
     "faults --follow": "faults/process/test_faults_verb.py",
     "inject": "smoke/process/test_inject.py",
     "snapshot": "bag/ros/test_flight_recorder.py",

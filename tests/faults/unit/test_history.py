@@ -18,6 +18,8 @@ from launcher.faults.history import database, listing, writing
 from launcher.faults.history.reading import histories, summaries
 from launcher.faults.history.versions import FilesVersion, described, of_launch
 from launcher.faults.history.writing import History
+from tests.support.json_forms import fit
+from tests.support.verbs import in_process
 from tests.support.waiting import wait_until
 
 TARGET = "/ws/system.launch.py"
@@ -257,7 +259,7 @@ def test_hostile_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert listing.show({"ROS_LOG_DIR": str(tmp_path)}) == 0
     shown = capsys.readouterr().out
     assert "\x1b" not in shown and "\0" not in shown and len(shown.splitlines()) == 3
-    assert listing.show({"ROS_LOG_DIR": str(tmp_path)}, is_json=True) == 0
+    assert listing.show({"ROS_LOG_DIR": str(tmp_path)}, as_json=True) == 0
     (target,) = json.loads(capsys.readouterr().out)["targets"]
     assert target["faults"][0]["times"] == 1
 
@@ -277,6 +279,18 @@ def test_the_listing(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert "abababab v1-2-gabc" in row and "the same" in row
     with pytest.raises(LauncherError, match=r"no run of 'sistem\.launch\.py'"):
         listing.show(env, "sistem.launch.py")
+
+
+def test_the_verb_shows_the_history(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path))
+    write(tmp_path, "1", fault(cause="robot_1-2 died"))
+
+    assert "robot_1-2 died" in in_process("faults", "--all-runs", "system").out
+    (document,) = fit("faults --all-runs", in_process("faults", "--all-runs", "--json").out)
+    assert [one["times"] for one in document["targets"][0]["faults"]] == [1]
+    mixed = in_process("faults", "--all-runs", "-f")
+    assert (mixed.code, mixed.err) == (2, "error: --all-runs and -f exclude each other\n")
+    assert in_process("faults", "system").code == 2
 
 
 def test_the_version_of_a_launch_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
