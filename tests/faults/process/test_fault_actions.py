@@ -20,8 +20,8 @@ from launcher.faults.actions.outside_program import MAX_LINES, OutsideProgram
 from launcher.posix.reactor import Reactor
 from tests.support.benches import HEAD
 from tests.support.controlled_run import ControlledRun
-from tests.support.scripted_watcher import VARIABLE, document
 from tests.support.waiting import wait_until
+from tests.support.watcher_stand_in import IN_PLACE, Reports, fault
 
 SECRET = "open-sesame"
 
@@ -32,20 +32,18 @@ class WatchedRun:
     def __init__(self, folder: Path, supervision: str) -> None:
         self.folder = folder
         file = folder / "a.launch.py"
-        file.write_text(
-            f'{HEAD}sh("exec sleep 1000", name="robot"), sh("exec sleep 1000", name="other")\n])\n'
-        )
+        actions = 'sh("exec sleep 1000", name="robot"), sh("exec sleep 1000", name="other")'
+        file.write_text(f"{HEAD}{IN_PLACE} {actions}\n])\n")
         self.file = folder / "a.supervise.yaml"
         self.file.write_text(supervision)
-        self._faults = folder / "faults"
-        self._faults.touch()
+        self._reports = Reports(folder)
         env = {
             **os.environ,
             "ROS_LOG_DIR": str(folder / "log"),
             "TOKEN": SECRET,
-            VARIABLE: str(self._faults),
+            **self._reports.env,
         }
-        words = ["-m", "tests.support.scripted_watcher", str(file), "--watchful", "--no-console"]
+        words = ["-m", "launcher", str(file), "--watchful", "--no-console"]
         # Short: it holds the socket.
         self._runtime = tempfile.TemporaryDirectory(prefix="run-")
         runtime = Path(self._runtime.name)
@@ -54,9 +52,8 @@ class WatchedRun:
         )
 
     def report(self, change: str, *faults: dict[str, Any]) -> None:
-        with open(self._faults, "a", encoding="utf-8") as file:
-            for fault in faults:
-                file.write(json.dumps({"fault": fault, "change": change}) + "\n")
+        for one in faults:
+            self._reports.write({"fault": one, "change": change})
 
     def row(self, name: str) -> dict[str, Any]:
         with self.control.connect() as connection:
@@ -133,13 +130,13 @@ on:
     )
     with run.control:
         before = run.row("robot")["pid"]
-        fault = document("robot silent", cause="it hangs\0")
-        run.report("confirmed", fault, document("robot slow", follows="robot silent"))
-        run.report("confirmed", document("robot quiet", muted={"reason": "x", "until_s": None}))
-        run.report("updated", document("other x"))
+        silent = fault("robot silent", cause="it hangs\0")
+        run.report("confirmed", silent, fault("robot slow", follows="robot silent"))
+        run.report("confirmed", fault("robot quiet", muted={"reason": "x", "until_s": None}))
+        run.report("updated", fault("other x"))
         run.wait_for_actions(2)
-        run.report("healed", {**fault, "healed_s": fault["confirmed_s"], "state": "healed"})
-        run.report("confirmed", document("other x"))
+        run.report("healed", {**silent, "healed_s": silent["confirmed_s"], "state": "healed"})
+        run.report("confirmed", fault("other x"))
         taken = {one["action"]: one for one in run.wait_for_actions(5)}
         wait_until(lambda: run.row("other")["state"] == "STOPPED", "the stop of other")
         assert run.row("robot")["pid"] not in (before, None)
@@ -150,7 +147,7 @@ on:
     assert taken["stop othr"]["ok"] is False and "did you mean" in taken["stop othr"]["detail"]
     oks = {one["action"].partition(" ")[0] for one in taken.values() if one["ok"]}
     assert oks == {"restart", "run", "webhook", "stop"}
-    assert json.loads((tmp_path / "document").read_text()) == fault
+    assert json.loads((tmp_path / "document").read_text()) == silent
     env = (tmp_path / "env").read_text()
     assert "LAUNCHER_FAULT=robot silent\n" in env and "LAUNCHER_FAULT_CAUSE=it hangs \n" in env
     assert "LAUNCHER_INCIDENT=1\n" in env and "LAUNCHER_RUN_ID=" in env
@@ -174,9 +171,9 @@ on:
 """,
     )
     with run.control:
-        run.report("confirmed", *(document(f"fault {number}") for number in range(1000)))
+        run.report("confirmed", *(fault(f"fault {number}") for number in range(1000)))
         taken = run.wait_for_actions(2)
-        run.report("confirmed", document("last"))
+        run.report("confirmed", fault("last"))
         wait_until(lambda: len((tmp_path / "pids").read_text().split()) == 3, "three commands")
         run.control.ask("quit")
         assert run.control.exit_code() == 0
@@ -192,11 +189,11 @@ on:
 def test_a_reload_reads_the_actions_again(tmp_path: Path):
     run = WatchedRun(tmp_path, "on: {fault: x, do: {run: exit 3}}\n")
     with run.control:
-        run.report("confirmed", document("x"))
+        run.report("confirmed", fault("x"))
         run.wait_for_actions(1)
         run.file.write_text("on: {fault: x, do: {run: exit 4}}\n")
         run.control.ask("reload")
-        run.report("confirmed", document("x"))
+        run.report("confirmed", fault("x"))
         details = [one["detail"] for one in run.wait_for_actions(2)]
     assert details == ["exit code 3", "exit code 4"]
 
