@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.base.errors import UsageError
+from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.run_options import RunOptions
 
 TYPE_CHECKING = False
@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.run.run import Run
+
+MAX_FILES = 500  # they are in one word of a command line
 
 
 def check(options: RunOptions) -> None:
@@ -32,9 +34,21 @@ def settings_of(run: Run) -> dict[str, Any]:
         "socket": run.socket,
         "run_folder": run.log_dir,
         "launch_file": run.launched.target,
+        "files": _files(run)[:MAX_FILES],
         "arguments": list(run.launched.arguments),
         "expect": run.options.expect or _beside(run),
     }
+
+
+def _files(run: Run) -> list[str]:
+    """What the launch file has included and read; nothing of a run that cannot be reloaded."""
+    if not hasattr(run.core, "launch_files"):
+        return []
+    try:
+        files: list[str] = run.core.launch_files()
+    except LauncherError:  # composed nodes
+        return []
+    return files
 
 
 def _beside(run: Run) -> str | None:

@@ -83,16 +83,18 @@ class History:
         run: str,
         target: str,
         started_s: float,
-        version: FilesVersion,
+        version_of: Callable[[], FilesVersion],
         launcher: str,
         log_dir: str | None,
     ) -> None:
-        """A run has begun; `run` is its id, `target` its launch file, `launcher` our version."""
-        values = (run, target, started_s, None, started_s)
-        more = (version.files_hash, version.git, launcher, log_dir)
-        self._run = dict(zip(_RUN_FIELDS, map(_kept, (*values, *more)), strict=True))
+        """A run has begun; `run` is its id, `target` its launch file, `launcher` our version.
+
+        `version_of` is called in the thread.
+        """
+        values = (run, target, started_s, None, started_s, None, None, launcher, log_dir)
+        self._run = dict(zip(_RUN_FIELDS, map(_kept, values), strict=True))
         with self._lock:
-            self._thread = threading.Thread(target=self._write_all, daemon=True)
+            self._thread = threading.Thread(target=self._begin, args=(version_of,), daemon=True)
             self._thread.start()
             self._lock.notify()
 
@@ -168,8 +170,15 @@ class History:
             self._waiting[key] = (statement, values)
             self._lock.notify()
 
+    def _begin(self, version_of: Callable[[], FilesVersion]) -> None:
+        """The thread."""
+        assert self._run is not None
+        version = version_of()
+        self._run.update(files_hash=_kept(version.files_hash), git=_kept(version.git))
+        self._write_all()
+
     def _write_all(self) -> None:
-        """The thread: write what waits, in one transaction for what has come meanwhile."""
+        """Write what waits, in one transaction for what has come meanwhile."""
         opened: sqlite3.Connection | None = None
         is_last = False
         try:

@@ -15,7 +15,7 @@ from launcher.base.model.run_events import Stopping
 from launcher.control.client import Connection
 from launcher.faults.checks.check import Check
 from launcher.faults.checks.live_checks import checks_of, watched
-from launcher.faults.history.versions import of_launch
+from launcher.faults.history.versions import FilesVersion, of_launch
 from launcher.faults.history.writing import History
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.fault_table import FaultTable
@@ -48,13 +48,15 @@ Say = Callable[..., object]
 class WatchSettings:
     """What the launcher passes on.
 
-    `arguments` are those of the launch file, `expect` is the file of expectations, if there is one.
+    `arguments` are those of the launch file, and `files` what it has included and read; `expect` is
+    the file of expectations, if there is one.
     """
 
     socket: str
     run_folder: str | None
     launch_file: str
     arguments: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
     expect: str | None = None
 
 
@@ -72,6 +74,7 @@ class Watching:
         self._machine = MachineReader(settings.run_folder)
         self._table = FaultTable(self._report)
         self._history: History | None = None
+        self._versions: dict[str, str | None] = {}
         self._probe: ProbeClient | None = None
         self._probe_starts = 0
         self._topics: TopicWatch | None = None
@@ -111,9 +114,8 @@ class Watching:
     def _begin_history(self, hello: Mapping[str, Any]) -> None:
         """Of this run, beside earlier ones; faults that were muted in these stay so."""
         folder, run, target = self._settings.run_folder, hello["run"], self._settings.launch_file
-        version = of_launch(target)
-        versions = {"launch_file": target, "hash": version.files_hash, "git": version.git}
-        head = {**_head(hello), "versions": versions}
+        self._versions = {"launch_file": target, "hash": None, "git": None}
+        head = {**_head(hello), "versions": self._versions}
         self._files = IncidentFiles(folder, head, self._observations.wall_of, self._note)
         if folder is None:
             return
@@ -123,10 +125,16 @@ class Watching:
             run=run["id"],
             target=target,
             started_s=run["started_wall_s"],
-            version=version,
+            version_of=self._version,
             launcher=hello["launcher"],
             log_dir=folder,
         )
+
+    def _version(self) -> FilesVersion:
+        """In the thread of the history: git may take seconds."""
+        found = of_launch(self._settings.launch_file, self._settings.files)
+        self._versions.update(hash=found.files_hash, git=found.git)
+        return found
 
     def _start_probe(self) -> None:
         """Observe ROS; without a probe, processes and lines are still watched."""

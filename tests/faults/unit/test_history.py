@@ -50,10 +50,11 @@ def fault(name: str = "robot_1 reports", count: int = 1, **more: Any) -> dict[st
 
 def begun(folder: Path, run: str, notes: list[str], **more: Any) -> History:
     history = History(str(folder), notes.append)
+    version = more.pop("version", FilesVersion("ab" * 32, "v1-2-gabc"))
     settings = {
         "target": TARGET,
         "started_s": NOW_S,
-        "version": FilesVersion("ab" * 32, "v1-2-gabc"),
+        "version_of": lambda: version,
         "launcher": "1.0",
         "log_dir": str(folder / run),
         **more,
