@@ -37,13 +37,16 @@ class FaultWatch(Part):
     """Starts the watcher, passes on requests, and keeps what it has reported.
 
     `listeners` get each fault that has changed, with the change: `suspected`, `confirmed`,
-    `dismissed`, `healed`, or `updated`.
+    `dismissed`, `healed`, or `updated`. `names` are those of the faults that there may be, as
+    `checks.check` has them, and `when_named` is called with the watch when they have come.
     """
 
     def __init__(self, run: Run) -> None:
         super().__init__(run)
         self.faults: dict[str, Document] = {}
         self.left: list[Document] = []
+        self.names: list[str] = []
+        self.when_named: list[Callable[[FaultWatch], object]] = []
         self.listeners: list[Callable[[Document, str], object]] = []
         self._waiting: dict[int, Callable[[Document], None]] = {}
         self._ids = itertools.count(1)
@@ -86,6 +89,10 @@ class FaultWatch(Part):
             self.run.log.warn(f"watching: {report['note']}")
         elif "left" in report:
             self.left = report["left"]
+        elif "names" in report:
+            self.names = report["names"]
+            for listener in self.when_named:
+                listener(self)
         elif "fault" in report:
             self._changed(report["fault"], report["change"])
         if "id" in report and report["id"] in self._waiting:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import fnmatch
+import re
+from collections.abc import Iterable
 
 from launcher.base.model.record import Record
 
@@ -36,6 +38,19 @@ class FaultAction(Record):
         if self.pattern == fault:
             return True
         return not follows and fnmatch.fnmatchcase(fault, self.pattern)
+
+    def may_fit(self, names: Iterable[str]) -> bool:
+        """Whether it is for one of these faults; `no deaths: *` is for all that begin like this."""
+        head = re.split(r"[*?[]", self.pattern, maxsplit=1)[0]
+        for name in names:
+            stem = name.removesuffix("*")
+            if fnmatch.fnmatchcase(name, self.pattern):
+                return True
+            if stem != name and (
+                head.startswith(stem) or (head != self.pattern and stem.startswith(head))
+            ):
+                return True
+        return False
 
     @property
     def text(self) -> str:

@@ -12,6 +12,7 @@ from launcher.base import strict_json
 from launcher.base.model.fault_action import WHEN, FaultAction
 from launcher.base.model.fault_events import ActionTaken
 from launcher.base.run_verb import BadCallError
+from launcher.base.text import did_you_mean
 from launcher.faults.actions import desktop
 from launcher.faults.actions.action_budget import ActionBudget
 from launcher.faults.actions.outside_program import Done, OutsideProgram
@@ -45,18 +46,23 @@ class FaultActions(Part):
         self._budgets: dict[FaultAction, ActionBudget] = {}
         self._programs: list[OutsideProgram] = []  # that may be running
         self._useless: set[FaultAction] = set()
+        self._unmatched: set[FaultAction] = set()
 
     def begin(self) -> None:
         self._check()
         watch = self.run.parts.find(FaultWatch)
         if watch is not None:
             watch.listeners.append(self._changed)
+            watch.when_named.append(self._check_names)
+            self._check_names(watch)
             for fault in watch.active():  # confirmed while this was imported
                 self._changed(fault, WHEN[0])
 
     def follow(self, before: RunOptions) -> None:
         if self.run.options.fault_actions != before.fault_actions:
             self._check()
+            if (watch := self.run.parts.find(FaultWatch)) is not None:
+                self._check_names(watch)
 
     def _check(self) -> None:
         """Warn of what can never be done in this run."""
@@ -76,6 +82,20 @@ class FaultActions(Part):
             if one in found - self._useless:
                 self.run.log.warn(f"{one.where}: '{one.kind}' is not used: {lacks[one.kind]}")
         self._useless = found
+
+    def _check_names(self, watch: FaultWatch) -> None:
+        """Warn of patterns that no fault can match, as soon as it is known which there may be."""
+        actions = self.run.options.fault_actions if watch.names else ()
+        found = {one for one in actions if not one.may_fit(watch.names)}
+        for one in actions:
+            if one not in found or one in self._unmatched:
+                continue
+            left = [name for name in watch.left if one.may_fit([name["expectation"]])]
+            hint = did_you_mean(one.pattern, watch.names)
+            more = f": '{left[0]['expectation']}' is left to smoke" if left else ""
+            more = more or (f" ({hint})" if hint else "")
+            self.run.log.warn(f"{one.where}: '{one.pattern}' matches no fault{more}")
+        self._unmatched = found
 
     # ---- faults
 

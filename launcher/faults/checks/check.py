@@ -24,12 +24,14 @@ class Found:
 
 
 class Check:
-    """Looks again and again; `debounce` is of the faults that it finds.
+    """Looks again and again; `debounce` is of the faults that it finds, `names` are theirs.
 
+    A name that ends with `*` is for all that begin like this.
     What has held once counts from then on; before, only when its time has passed.
     """
 
     debounce = Debounce()
+    names: tuple[str, ...] = ()
 
     def look(self, story: Story) -> Iterator[Found]:
         """Each fault that it decides on now, or None for one that is not there."""
@@ -49,6 +51,7 @@ class ExpectationCheck(Check):
             place=str(expectation.origin),
         )
         self.debounce = debounce_of(expectation, self.debounce)
+        self.names = (expectation.name,)
         self.must_have_held = False  # before it counts
         self._has_held = False
 

@@ -30,6 +30,7 @@ class DeathCheck(Check):
     """No process exits unexpectedly, or cannot be started."""
 
     debounce = Debounce(confirm_s=0.0, heal_s=0.0)
+    names = ("no deaths: *",)
 
     def __init__(self, but: Collection[str] = ()) -> None:
         self._but = but  # patterns of those that are expected to exit
@@ -84,6 +85,7 @@ class SuspensionCheck(Check):
     """No process is suspended that nobody has paused."""
 
     debounce = Debounce(confirm_s=0.2, heal_s=1.0)
+    names = ("not suspended: *",)
 
     def __init__(self) -> None:
         self._seen: set[str] = set()
@@ -123,6 +125,7 @@ class ResponseCheck(Check):
     """Nodes answer, where that is watched (`--responsive`)."""
 
     debounce = Debounce(confirm_s=0.0, heal_s=0.0)
+    names = ("responds: *",)
 
     def look(self, story: Story) -> Iterator[Found]:
         for event in story.facts.events:
@@ -141,6 +144,7 @@ class DoubleCheck(Check):
     """No two nodes have the same name."""
 
     debounce = Debounce(confirm_s=1.0, heal_s=2.0)
+    names = ("one node of a name: *",)
 
     def __init__(self) -> None:
         self._seen: set[str] = set()
@@ -182,6 +186,7 @@ class QosCheck(Check):
     """Every publisher matches every subscription of its topic; `but`: topics where not."""
 
     debounce = Debounce(confirm_s=0.7, heal_s=2.0)
+    names = ("QoS: *",)
 
     def __init__(self, but: Collection[str] = ()) -> None:
         self._but = frozenset(but)
@@ -223,6 +228,7 @@ class SidesCheck(Check):
     """A topic that nodes of the run published and received has both sides still."""
 
     debounce = Debounce(confirm_s=2.0, heal_s=2.0)
+    names = ("both sides: *",)
 
     def __init__(self) -> None:
         self._both: dict[str, float] = {}  # since when it had both
@@ -259,6 +265,7 @@ class MachineCheck(Check):
     """The disk of the logs has room, and the clock is not set."""
 
     debounce = Debounce(confirm_s=0.0, heal_s=1.0)
+    names = ("disk", "clock")
 
     def look(self, story: Story) -> Iterator[Found]:
         if not story.machine:
@@ -293,6 +300,7 @@ class HostCheck(Check):
     """Other hosts of the run can be reached."""
 
     debounce = Debounce(confirm_s=0.0, heal_s=0.5)
+    names = ("reachable: *",)
 
     def __init__(self) -> None:
         self._seen: set[str] = set()

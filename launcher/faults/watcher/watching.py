@@ -104,6 +104,7 @@ class Watching:
         self._script, left = watched(script)
         self._say(left=[{"expectation": one.expectation, "why": one.why} for one in left])
         self._checks = checks_of(self._script, self._settings.arguments)
+        self._say(names=[name for check in self._checks for name in check.names])
         self._start_probe()
         try:
             self._loop()

@@ -18,7 +18,7 @@ import pytest
 from launcher.faults.actions import webhook
 from launcher.faults.actions.outside_program import MAX_LINES, OutsideProgram
 from launcher.posix.reactor import Reactor
-from tests.support.benches import HEAD
+from tests.support.benches import HEAD, Bench
 from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 from tests.support.watcher_stand_in import IN_PLACE, Reports, fault
@@ -36,12 +36,12 @@ class WatchedRun:
         file.write_text(f"{HEAD}{IN_PLACE} {actions}\n])\n")
         self.file = folder / "a.supervise.yaml"
         self.file.write_text(supervision)
-        self._reports = Reports(folder)
+        self.reports = Reports(folder)
         env = {
             **os.environ,
             "ROS_LOG_DIR": str(folder / "log"),
             "TOKEN": SECRET,
-            **self._reports.env,
+            **self.reports.env,
         }
         words = ["-m", "launcher", str(file), "--watchful", "--no-console"]
         # Short: it holds the socket.
@@ -53,7 +53,7 @@ class WatchedRun:
 
     def report(self, change: str, *faults: dict[str, Any]) -> None:
         for one in faults:
-            self._reports.write({"fault": one, "change": change})
+            self.reports.write({"fault": one, "change": change})
 
     def row(self, name: str) -> dict[str, Any]:
         with self.control.connect() as connection:
@@ -125,11 +125,15 @@ on:
   - {{fault: "robot *", do: {{run: "{command}"}}}}
   - {{fault: "*", do: webhook {server.url}, headers: {{Authorization: TOKEN}}, when: healed}}
   - {{fault: other *, do: stop othr}}
+  - {{fault: robot silnt, do: stop robot}}
+  - {{fault: robot exits, do: stop robot}}
   - {{fault: other *, do: stop other}}
 """,
     )
     with run.control:
         before = run.row("robot")["pid"]
+        run.reports.write({"left": [{"expectation": "robot exits", "why": "at the end"}]})
+        run.reports.write({"names": ["robot silent", "other x"]})
         silent = fault("robot silent", cause="it hangs\0")
         run.report("confirmed", silent, fault("robot slow", follows="robot silent"))
         run.report("confirmed", fault("robot quiet", muted={"reason": "x", "until_s": None}))
@@ -157,6 +161,18 @@ on:
     screen = run.control.screen
     assert "it was written" in screen and not any(SECRET in one for one in (screen, *files))
     assert "'othr' matches no process so far" in screen
+    assert "'robot silnt' matches no fault (did you mean 'robot silent'?)" in screen
+    assert "'robot exits' matches no fault: 'robot exits' is left to smoke" in screen
+    assert screen.count(" matches no fault") == 2
+
+
+def test_without_a_control_socket_nothing_is_done_which_is_a_warning(bench: Bench):
+    (bench.folder / "bench.supervise.yaml").write_text("on: {fault: x, do: snapshot}\n")
+    command = bench.command('sh("exec cat", name="cat")', "--no-control")
+    screen, text = bench.folder / "screen", "'on' is not used: the run is not watched"
+    with ControlledRun(command, env=bench.env, runtime=bench.folder, screen=screen) as run:
+        wait_until(lambda: text in run.screen, "the warning")
+        run.process.terminate()
 
 
 def test_a_thousand_faults_and_a_command_that_does_not_end(tmp_path: Path):

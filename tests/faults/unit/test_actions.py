@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.base.model.fault_action import FaultAction
 from launcher.faults.actions import desktop
 from launcher.faults.actions.action_budget import ActionBudget
 
@@ -15,6 +16,24 @@ def test_a_budget_is_for_any_span_of_its_length_and_refuses_with_one_warning():
     found = [(budget.take(at_s), budget.is_first_refusal) for at_s in (0, 4, 9, 9.5, 10, 11, 14)]
     assert [taken for taken, _ in found] == [True, True, False, False, True, False, True]
     assert [first for _, first in found] == [False, False, True, False, False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "is_possible"),
+    [
+        ("disk", True),
+        ("robot_?", True),
+        ("no deaths: robot_2-3", True),
+        ("no *", True),
+        ("*", True),
+        ("no deaths", False),
+        ("robot_10", False),
+        ("QoS: *", False),
+    ],
+)
+def test_a_pattern_may_fit_a_fault_of_every_watched_run(pattern: str, is_possible: bool):
+    action = FaultAction(pattern, "snapshot")
+    assert action.may_fit(["robot_1", "disk", "no deaths: *"]) is is_possible
 
 
 def test_a_desktop_is_needed_and_a_program(tmp_path: Path):
