@@ -36,6 +36,7 @@ from launcher.ros.discovery.gids import (
     participant_of,
     scheme_holds,
 )
+from launcher.ros.discovery.returned_nodes import ReturnedNodes
 from launcher.ros.discovery.stale_nodes import StaleNodes
 from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.snapshot.ros_graph import (
@@ -79,6 +80,7 @@ class Observer:
         self.domain_id = environment_domain() if domain_id is None else domain_id
         self._is_hidden = name is None
         self._stale = StaleNodes()
+        self._returned = ReturnedNodes()
         # names that begin with an underscore are hidden; two observers may run at the same time
         label = re.sub(r"\W", "_", purpose, flags=re.ASCII)
         self.name = name or f"_launcher_{label}_{os.getpid()}_{id(self):x}"
@@ -207,13 +209,22 @@ class Observer:
     def all_endpoints(self) -> list[Endpoint]:
         """The endpoints of all topics whose node is known, sorted."""
         found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
-        return sorted(e for e in found if e.has_name)
+        return sorted(self._returned.named(found))
+
+    def returned_nodes(self) -> frozenset[str]:
+        """Those that `all_endpoints` has found last, and that `node_names` does not list any more.
+
+        They were out of reach for a while.
+        """
+        return self._returned.names
 
     def topic_graph(self) -> TopicGraph:
         """What is known now; discovery may still be on its way."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
         nodes = self.node_names()
-        endpoints = tuple(e for e in self.all_endpoints() if e.node in nodes)
+        found = self.all_endpoints()
+        nodes = sorted([*nodes, *self.returned_nodes().difference(nodes)])
+        endpoints = tuple(e for e in found if e.node in nodes)
         nodes = self.living(nodes, endpoints)
         ghosts = self._ghosts(endpoints)
         return TopicGraph(nodes=tuple(nodes), endpoints=endpoints, ghosts=ghosts)

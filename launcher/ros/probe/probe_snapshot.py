@@ -134,9 +134,11 @@ class GraphWatcher:
     def take(self) -> ProbeSnapshot:
         """The graph now, without the nodes of our own tools."""
         listed = self._observer.node_names()
+        every = self._observer.all_endpoints()
+        listed = sorted([*listed, *self._observer.returned_nodes().difference(listed)])
         names = [name for name in listed if not name.rpartition("/")[2].startswith(OURS)]
         known = set(names)
-        found = [e for e in self._observer.all_endpoints() if e.node in known]
+        found = [e for e in every if e.node in known]
         nodes = tuple(self._observer.living(names, found))
         self._participants = {participant_of(e.gid) for e in found}
         owners = self._owners(self._participants)
