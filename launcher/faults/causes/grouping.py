@@ -10,6 +10,7 @@ from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.story import Story
 
 TOGETHER_S = 2.0  # after an incident is over, what follows from it may still be seen
+LEADING = "reachable"  # a kind of faults that is noticed late, and from which the others follow
 DERIVED = ("restart", "death", "request")  # rules whose causes explain others of the same process
 
 
@@ -84,8 +85,13 @@ class Grouping:
     def _add(self, incident: Incident, fault: Fault, cause: Cause | None) -> None:
         if fault not in incident.faults:
             incident.faults.append(fault)
+        if fault.origin.kind == LEADING and incident.root.origin.kind != LEADING:
+            incident.faults.remove(fault)
+            incident.faults.insert(0, fault)
         incident.closed_s = None
-        fault.incident, fault.follows = incident.number, incident.root.id
+        for one in incident.faults:
+            one.incident, one.follows = incident.number, incident.root.id
+        incident.root.follows = None
         if cause is not None and cause.key not in [one.key for one in incident.causes]:
             incident.causes.append(cause)
 

@@ -16,13 +16,14 @@ from launcher.base.text import several
 from launcher.faults.causes.cause import MACHINE, Cause
 from launcher.faults.checks.implied import LOW_BYTES, LOW_SHARE, SLOWED, mismatch_text
 from launcher.faults.model.fault import Fault
-from launcher.faults.watcher.story import Story
+from launcher.faults.watcher.story import Story, is_here
 from launcher.smoke.observe.facts import ProcessEvent
 
 BEFORE_S = 12.0  # a cause is at most so much earlier
 AFTER_START_S = 5.0  # so long after a start a fault may be due to it: discovery, windows of rates
 LATER_S = 2.5  # and is seen at most so much later
 CLOCK_S = 6.0
+SILENT_S = 1.5  # of a host, which sends something each second; it is unreachable after 3 s
 STARVED = 0.5  # of the time some task waited for a processor,
 DELAYED = 0.1  # and the main thread of the process in question so much of it
 BUSY_PERCENT = 90.0  # of a core
@@ -75,15 +76,44 @@ def full_disk(fault: Fault, story: Story) -> Cause | None:
 
 
 def lost_link(fault: Fault, story: Story) -> Cause | None:
-    """The host of a process cannot be reached."""
+    """The host of a process cannot be reached, or has been silent for longer than it ever is."""
+    if fault.origin.kind == "no deaths":
+        return None  # what is reported has come over the link
+    hosts = story.hosts_of(fault.finding.processes)
     for host, event in story.lost_hosts().items():
-        here = [str(row["name"]) for row in story.rows if row.get("host") == host]
-        is_of_host = fault.id == f"reachable: {host}" or set(here) & set(fault.finding.processes)
+        is_of_host = fault.id == f"reachable: {host}" or host in hosts
         if is_of_host and event.at_s <= fault.life.last_s + LATER_S:
             why = f" ({event.event.reason})" if event.event.reason else ""
             text = f"the link to host {host} is down{why}"
             return Cause(rule="lost link", text=text, at_s=event.at_s, about=frozenset({host}))
+    for host, silent_s in hosts.items():
+        if silent_s >= SILENT_S:
+            return Cause(
+                rule="lost link",
+                text=f"nothing has come from host {host} for {silent_s:.0f} s",
+                at_s=story.rows_s - silent_s,
+                about=frozenset({host}),
+            )
     return None
+
+
+def other_clock(fault: Fault, story: Story) -> Cause | None:
+    """The clock of another host differs: stamps are wrong by as much."""
+    hosts = story.hosts_of(fault.finding.processes)
+    if fault.origin.kind != "latency" or len(hosts) != 1:
+        return None
+    (host,) = hosts
+    known = (story.arrivals.get(topic) for topic in fault.finding.topics)
+    behind_s = max((one.behind_s for one in known if one is not None), default=0.0)
+    if behind_s <= 0:
+        return None
+    text = f"the clock of host {host} is {seconds_text(behind_s)} behind that of this machine"
+    return Cause(
+        rule="other clock",
+        text=f"{text}, by its quickest messages; `hosts check` measures it",
+        at_s=fault.life.first_s,
+        about=frozenset({host}),
+    )
 
 
 def request_of_a_user(fault: Fault, story: Story) -> Cause | None:
@@ -144,7 +174,7 @@ def suspension(fault: Fault, story: Story) -> Cause | None:
     """A process is suspended by a signal, all the time or again and again."""
     for name in fault.finding.processes:
         row = story.row(name)
-        if row is None or row["pid"] is None or row.get("host") is not None:
+        if row is None or row["pid"] is None or not is_here(row):
             continue
         pid = row["pid"]
         share = story.stops.share(pid)
@@ -218,14 +248,18 @@ def restart(fault: Fault, story: Story) -> Cause | None:
 
 
 def starvation(fault: Fault, story: Story) -> Cause | None:
-    """The process waits for a processor: what is late is late for that."""
+    """The process waits for a processor: what is late is late for that.
+
+    Of a process elsewhere that is not known; what observes it here may wait.
+    """
     if fault.origin.kind not in (*OF_TIME, "responds"):
         return None
     share = story.pressure("cpu", min(fault.life.first_s, story.now_s - PRESSURE_S))
     if share is None or share < STARVED:
         return None
     rows = [row for row in story.rows if row["name"] in fault.finding.processes]
-    waits = [story.delays.share(r["pid"]) or 0.0 for r in rows if r["pid"] is not None]
+    pids = {row["pid"] if is_here(row) else story.observer for row in rows}
+    waits = [story.delays.share(pid) or 0.0 for pid in pids if pid is not None]
     if not any(wait >= max(DELAYED, fault.finding.lack / 2) for wait in waits):
         return None  # others do, or it would not make up for what is missing
     return Cause(
@@ -312,6 +346,7 @@ RULES: tuple[Rule, ...] = (
     clock_step,
     full_disk,
     lost_link,
+    other_clock,
     request_of_a_user,
     suspension,
     double_node,

@@ -10,7 +10,7 @@ from launcher.base.model.run_events import Ended, NotResponding, NotStarted, Res
 from launcher.faults.checks.check import Check, Found
 from launcher.faults.model.fault import FaultOrigin, Finding
 from launcher.faults.model.fault_life import Debounce
-from launcher.faults.watcher.story import CLOCK_STEP_S, Story
+from launcher.faults.watcher.story import CLOCK_STEP_S, Story, is_here
 from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, is_hidden
 
 ALIVE_S = 3.0  # a process that runs so long again is well
@@ -95,7 +95,7 @@ class SuspensionCheck(Check):
             str(row["name"]): text
             for row in story.rows
             if row["pid"] is not None
-            and row.get("host") is None
+            and is_here(row)
             and not _is_paused_by_user(story, row["name"])
             and (text := _suspended_text(story, row["pid"]))
         }

@@ -14,7 +14,8 @@ from launcher.faults.model.fault import Fault
 from launcher.faults.model.fault_life import FaultChange
 from launcher.faults.watcher.story import Story
 
-UNDECIDED_S = 0.7  # what explains a fault may be seen a moment later
+UNDECIDED_S = 0.7  # what explains a fault may be seen a moment later,
+ELSEWHERE_S = 1.7  # and on another host, which sends something each second, another second later
 REVISED_S = 3.0  # as long a better cause replaces one that is weak
 UPDATE_S = 1.0  # so often at most, what was seen is reported anew
 MOST_FAULTS = 1000  # ids that are remembered: those that healed long ago are forgotten first
@@ -73,7 +74,7 @@ class FaultTable:
         if change is None:
             return
         if change is FaultChange.HEALED and fault.id in self._undecided:
-            self._undecided[fault.id] = -UNDECIDED_S  # first that it was confirmed
+            self._undecided[fault.id] = -ELSEWHERE_S  # first that it was confirmed
             fault.life.healed_s = now_s
             return
         if change is FaultChange.DISMISSED and fault.life.count == 0:
@@ -121,7 +122,8 @@ class FaultTable:
                 continue
             cause = cause_of(fault, story)
             is_clear = cause is not None and not cause.is_weak
-            if is_clear or story.now_s - since_s >= UNDECIDED_S:
+            wait_s = ELSEWHERE_S if story.hosts_of(fault.finding.processes) else UNDECIDED_S
+            if is_clear or story.now_s - since_s >= wait_s:
                 del self._undecided[name]
                 found.append((fault, cause))
         found.sort(key=lambda one: one[0].life.first_s)
@@ -133,6 +135,9 @@ class FaultTable:
         if cause is None or cause.is_weak:
             self._weak[fault.id] = story.now_s + REVISED_S
         self._note(fault, FaultChange.CONFIRMED.value, story.now_s)
+        if incident.root is fault:  # for others that were there first, too
+            for other in incident.faults[1:]:
+                self._note(other, "updated", story.now_s)
         if not fault.is_active:
             self._report(fault, FaultChange.HEALED.value)
         return incident, is_new

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from launcher.base.model.run_event import RunEvent
 from launcher.base.model.run_events import Asked, Ended, LinkChanged, Started
+from launcher.control.answer_lines import LOCAL
 from launcher.faults.watcher.machine_facts import DelayWatch, MachineSample, StopWatch
 from launcher.ros.snapshot.ros_graph import Endpoint
 from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, ProcessEvent, label_of
@@ -21,6 +22,8 @@ KEEP_LINES = 3000
 KEEP_SAMPLES = 300  # of one process, a second each
 KEEP_GRAPHS = 60
 KEEP_MACHINE = 1200  # ten a second... at most
+KEEP_TRANSITS = 50  # messages
+OTHER_CLOCK_S = 0.5  # no message takes so long from one host to another, unless clocks differ
 LAST_LINES = 5
 
 Row = Mapping[str, Any]
@@ -34,9 +37,29 @@ class Arrivals:
     """
 
     received: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
+    transits: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_TRANSITS))
     sent: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
     delays: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
     first_s: float | None = None
+
+    def add(self, received: Sequence[float], sent: Sequence[float]) -> None:
+        """Messages that came and were sent at these times, the latter on the publisher's clock.
+
+        If that is far from the clock of this machine, even for the quickest of the last messages,
+        their times are taken back by as much.
+        """
+        self.received.extend(received)
+        self.transits.extend(here - there for here, there in zip(received, sent, strict=True))
+        shift_s = self.behind_s
+        self.sent.extend(there + shift_s for there in sent)
+        if self.first_s is None and received:
+            self.first_s = received[0]
+
+    @property
+    def behind_s(self) -> float:
+        """How far the publisher's clock is behind that of this machine; 0 if it may be right."""
+        quickest_s = min(self.transits, default=0.0)
+        return quickest_s if abs(quickest_s) >= OTHER_CLOCK_S else 0.0
 
     def sent_since(self, from_s: float) -> list[float]:
         """Sorted, from this time on."""
@@ -59,8 +82,13 @@ def _since(times: deque[float], from_s: float) -> Iterator[float]:
             yield at_s
 
 
+def is_here(row: Row) -> bool:
+    """Whether its process runs on this machine, where its pid means something."""
+    return bool(row.get("host", LOCAL) == LOCAL)
+
+
 class Story:
-    """All `at_s` are in time of the run. `wants_pids`: processes to look at closely."""
+    """All `at_s` are in time of the run. `observer` is the pid of the probe."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -75,15 +103,19 @@ class Story:
         self.machine: deque[MachineSample] = deque(maxlen=KEEP_MACHINE)
         self.stops = StopWatch()
         self.delays = DelayWatch()
+        self.observer: int | None = None
         self.facts = Facts()  # what is new since the last look
         self.is_stopping = False
         self._last_lines: dict[str, deque[LogLine]] = {}
+        self._links: dict[str, ProcessEvent[LinkChanged]] = {}  # the last change of each
 
     def take(self, new: Facts) -> None:
         """Add what is new."""
         self.now_s, self.facts = new.now_s, new
         for event in new.events:
             self.events.append(event)
+            if isinstance(event.event, LinkChanged):
+                self._links[event.event.host] = event  # type: ignore[assignment]
         while self.events and self.events[0].at_s < self.now_s - KEEP_S:
             self.events.popleft()
         for line in new.lines:
@@ -124,7 +156,8 @@ class Story:
         pids = {one["name"]: one.get("pid") for one in self.document.get("nodes", ())}
         pid = pids.get(node)
         if pid is not None:
-            return next((str(r["name"]) for r in self.rows if r["pid"] == pid), None)
+            here = (row for row in self.rows if row["pid"] == pid and is_here(row))
+            return next((str(row["name"]) for row in here), None)
         same = [r["name"] for r in self.rows if label_of(r["name"]) == node.rpartition("/")[2]]
         return str(same[0]) if len(same) == 1 else None
 
@@ -167,8 +200,13 @@ class Story:
 
     def lost_hosts(self) -> dict[str, ProcessEvent[LinkChanged]]:
         """The hosts that cannot be reached now, with the event that says so."""
-        last = {event.event.host: event for event in self.of(LinkChanged)}
-        return {n: e for n, e in last.items() if e.event.state in ("unreachable", "gone")}
+        return {n: e for n, e in self._links.items() if e.event.state in ("unreachable", "gone")}
+
+    def hosts_of(self, processes: Iterable[str]) -> dict[str, float]:
+        """The other hosts of these processes, and for how long they were silent in the last row."""
+        names = set(processes)
+        rows = [row for row in self.rows if row["name"] in names and not is_here(row)]
+        return {str(row["host"]): float(row.get("host_silent_s") or 0.0) for row in rows}
 
     def last_lines(self, processes: Iterable[str]) -> tuple[str, ...]:
         """The last lines of these, in order of time."""

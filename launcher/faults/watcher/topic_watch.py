@@ -83,16 +83,13 @@ class TopicWatch:
 
     def _add(self, known: Arrivals, one: dict[str, Any], offset_s: float) -> None:
         received = [self._observations.of_monotonic(at_s) for at_s in one["mono"]]
-        known.received.extend(received)
-        known.sent.extend(sent_s - offset_s for sent_s in one["sent"])
+        known.add(received, [sent_s - offset_s for sent_s in one["sent"]])
         stamps = one.get("stamp") or one["sent"]
         known.delays.extend(
             (at_s, at_s - (stamp_s - offset_s))
             for at_s, stamp_s in zip(received, stamps, strict=True)
             if stamp_s is not None
         )
-        if known.first_s is None and received:
-            known.first_s = received[0]
 
     def close(self) -> None:
         self._is_over.set()

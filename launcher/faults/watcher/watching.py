@@ -23,7 +23,7 @@ from launcher.faults.watcher.incident_files import IncidentFiles
 from launcher.faults.watcher.machine_facts import MachineReader
 from launcher.faults.watcher.observations import Observations
 from launcher.faults.watcher.parameter_watch import ParameterWatch
-from launcher.faults.watcher.story import Story
+from launcher.faults.watcher.story import Story, is_here
 from launcher.faults.watcher.topic_watch import TopicWatch
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.smoke.expect.evaluator import EVALUATOR
@@ -154,6 +154,7 @@ class Watching:
             self._note(f"ROS is not observed: {error.message}: {error.hint or 'no output'}")
             return
         self._probe = probe
+        self._story.observer = probe.pid
         self._topics = TopicWatch(probe, self._observations, self._script.expectations)
         self._script = self._script.with_expectations(self._topics.expectations)
         self._checks = checks_of(self._script, self._settings.arguments)
@@ -173,14 +174,14 @@ class Watching:
     def _tick(self) -> None:
         story, now_s = self._story, self._observations.now_s
         self._take_states()
-        pids = [r["pid"] for r in story.rows if r["pid"] is not None and r.get("host") is None]
+        pids = [r["pid"] for r in story.rows if r["pid"] is not None and is_here(r)]
         if now_s >= self._pids_s:
             self._pids_s = now_s + TICK_S * max(1, len(pids) // MANY_PIDS)
             story.stops.look(pids)
         if now_s >= self._machine_s:
             self._machine_s = now_s + MACHINE_S
             story.machine.append(self._machine.sample(now_s))
-            story.delays.look(pids)
+            story.delays.look(pids if story.observer is None else [*pids, story.observer])
         if now_s >= self._look_s:
             begin_s = time.monotonic()
             self._look()
@@ -285,7 +286,7 @@ class Watching:
         for part in (self._topics, self._parameters):
             if part is not None:
                 part.close()
-        probe, self._probe = self._probe, None
+        probe, self._probe, self._story.observer = self._probe, None, None
         if probe is not None:
             probe.close()
 

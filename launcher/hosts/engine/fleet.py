@@ -206,7 +206,7 @@ class Fleet(Part):
             host.link.pause(paused)
 
     def row(self, process: Process) -> Mapping[str, object]:
-        """The host, the unit there, and since when its rows are not current."""
+        """The host, the unit there, since when its rows are not current, and when it was heard."""
         host = None if process.host is None else host_of(process)
         silent_s = None if host is None else host.unreachable_s
         is_placed = host is not None and bool(process.words_there)
@@ -215,6 +215,7 @@ class Fleet(Part):
             "unit": (host.link.unit(process.process_id) or None) if host and is_placed else None,
             "stop_after_s": None if host is None else host.link.stop_after_s,
             "unreachable_s": None if silent_s is None else round(silent_s, 1),
+            "host_silent_s": None if host is None else round(host.link.silent_s, 1),
         }
 
     # ---- the links

@@ -71,6 +71,10 @@ class ProbeClient:
                 raise ProbeError("the ROS probe did not start", hint=self._last_line())
 
     @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
     def is_alive(self) -> bool:
         return self._is_ready and not self._has_ended
 
