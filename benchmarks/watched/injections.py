@@ -13,15 +13,25 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from benchmarks.harness import NotHereError
-from benchmarks.watched.system import NODES, SOURCES, WatchedSystem
+from benchmarks.hosts.bench import KEEP, bench
+from benchmarks.watched.system import NODES, SOURCES, Surroundings, WatchedSystem
+from tests.support.hosts import Host
 from tests.support.own_clock import OwnClock
 
 CLOCK_REST_S = 7.0  # a step is a fault for five seconds
 DISK_BYTES = 96 * 1024**2
 PERIOD_S = 0.02  # of a process that is slowed down
+MORE_DOWN_S = 10.0  # of a link
+# What the launcher gets of the environment; the rest is that of a login.
+_OF_LAUNCHER = (
+    "ROS_DOMAIN_ID",
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_LOG_DIR",
+    "XDG_RUNTIME_DIR",
+)
 _BURN = "while True: pass"
 
 
@@ -33,7 +43,7 @@ class Injection(NamedTuple):
 
     rule: str
     make: Callable[[WatchedSystem, random.Random], AbstractContextManager[None]]
-    within: Callable[[Path], AbstractContextManager[dict[str, str]]] | None = None
+    within: Callable[[Path], AbstractContextManager[Surroundings]] | None = None
 
 
 @contextlib.contextmanager
@@ -145,13 +155,13 @@ def clock_step(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def own_clock(folder: Path) -> Iterator[dict[str, str]]:
+def own_clock(folder: Path) -> Iterator[Surroundings]:
     """A clock of the system alone, which can be set."""
     try:
         clock = _clocks[folder] = OwnClock(folder)
     except RuntimeError as error:
         raise NotHereError(str(error)) from None
-    yield clock.variables
+    yield Surroundings(clock.variables)
     del _clocks[folder]
 
 
@@ -166,7 +176,7 @@ def full_disk(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def own_disk(folder: Path) -> Iterator[dict[str, str]]:
+def own_disk(folder: Path) -> Iterator[Surroundings]:
     """A small file system for the log files."""
     if os.geteuid():
         raise NotHereError("only root can mount a file system")
@@ -175,9 +185,39 @@ def own_disk(folder: Path) -> Iterator[dict[str, str]]:
     words = ["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "tmpfs", str(log)]
     subprocess.run(words, check=True)
     try:
-        yield {}
+        yield Surroundings()
     finally:
         subprocess.run(["umount", "-l", str(log)], check=True)
+
+
+_hosts: dict[Path, Host] = {}  # of systems, by their folders
+
+
+@contextlib.contextmanager
+def link_down(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
+    """No packet passes, for a while longer than it takes to find it."""
+    host = _hosts[system.folder]
+    host.link_down()
+    yield
+    time.sleep(chance.uniform(0.0, MORE_DOWN_S))
+    host.link_up()
+
+
+@contextlib.contextmanager
+def own_host(folder: Path) -> Iterator[Surroundings]:
+    """One of the publishers runs on another host, and goes on when the link to it is down."""
+    with bench() as one:
+        host = one.lab.host("bot")
+        hosts = one.hosts_file({host: {"engine": "ssh", **KEEP}}, {SOURCES[-1]: host.name})
+
+        def popen(words: list[str], env: dict[str, str], output: Any) -> subprocess.Popen[Any]:
+            own = {name: env[name] for name in _OF_LAUNCHER if name in env}
+            return one.operator(words, env=own, stdout=output, stderr=output)
+
+        _hosts[folder] = host
+        variables = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "XDG_RUNTIME_DIR": ""}
+        yield Surroundings(variables, ("--hosts", str(hosts)), popen)
+        del _hosts[folder]
 
 
 INJECTIONS = {
@@ -191,5 +231,6 @@ INJECTIONS = {
     "wrong value": Injection("wrong value", wrong_value),
     "double node": Injection("double node", double_node),
     "clock step": Injection("clock step", clock_step, own_clock),
+    "link down": Injection("lost link", link_down, own_host),
     "full disk": Injection("full disk", full_disk, own_disk),
 }

@@ -10,9 +10,9 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from launcher.control.active_runs import ListedRun, wait_for_run
 from launcher.posix.domain_lease import leased_domain
@@ -64,15 +64,31 @@ expect:
 """
 
 
+def _popen(words: list[str], env: dict[str, str], output: Any) -> subprocess.Popen[Any]:
+    null = subprocess.DEVNULL
+    return subprocess.Popen(words, stdin=null, stdout=output, stderr=output, env=env)
+
+
+class Surroundings(NamedTuple):
+    """Where a system runs: variables and further words of its launcher, and how that is started.
+
+    `popen` has the words, the variables, and a file for the output.
+    """
+
+    environment: Mapping[str, str] = {}
+    words: tuple[str, ...] = ()
+    popen: Callable[[list[str], dict[str, str], Any], subprocess.Popen[Any]] | None = None
+
+
 class WatchedSystem:
     """Started in a free ROS domain; use `with`. `changes` are (wall time, fault) in order."""
 
-    def __init__(self, folder: Path, environment: Mapping[str, str] | None = None) -> None:
+    def __init__(self, folder: Path, surroundings: Surroundings | None = None) -> None:
         self.folder = folder
         self.log_root = folder / "log"
         self.marker = folder / "marker"
         self.changes: list[tuple[float, dict[str, Any]]] = []
-        self._environment = dict(environment or {})
+        self._surroundings = surroundings or Surroundings()
         self._stack = contextlib.ExitStack()
 
     def __enter__(self) -> WatchedSystem:
@@ -86,13 +102,12 @@ class WatchedSystem:
             "ROS_DOMAIN_ID": str(domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "ROS_LOG_DIR": str(self.log_root),
-            **self._environment,
+            **self._surroundings.environment,
         }
         words = [sys.executable, "-m", "launcher", str(file), "--watchful", "--no-console"]
         with (self.folder / "output.txt").open("wb") as output:
-            self._launcher = subprocess.Popen(
-                words, stdin=subprocess.DEVNULL, stdout=output, stderr=output, env=self.env
-            )
+            popen = self._surroundings.popen or _popen
+            self._launcher = popen([*words, *self._surroundings.words], self.env, output)
         self._stack.callback(self._stop)
         self.run: ListedRun = wait_for_run(self._launcher.pid, READY_S)
         threading.Thread(target=self._follow, daemon=True).start()

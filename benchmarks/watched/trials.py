@@ -41,10 +41,10 @@ def trials(kind: str, seeds: Iterable[int]) -> Iterator[Trial]:
     """One system for all seeds of a kind."""
     injection = INJECTIONS[kind]
     with scratch() as folder, contextlib.ExitStack() as stack:
-        environment = {}
+        surroundings = None
         if injection.within is not None:
-            environment = stack.enter_context(injection.within(folder))
-        system = stack.enter_context(WatchedSystem(folder, environment))
+            surroundings = stack.enter_context(injection.within(folder))
+        system = stack.enter_context(WatchedSystem(folder, surroundings))
         for seed in seeds:
             yield _trial(system, kind, injection, seed)
 
