@@ -23,7 +23,7 @@ class UsageCheck(ExpectationCheck):
 
     debounce = Debounce(confirm_s=1.0, heal_s=5.0)
 
-    def names(self, story: Story) -> list[str]:
+    def running(self, story: Story) -> list[str]:
         pattern = str(self.expectation.subject)
         return [
             str(row["name"])
@@ -55,7 +55,7 @@ class CpuCheck(UsageCheck):
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
         is_known, worst, seen = False, "", ""
         most = 0.0
-        for name in self.names(story):
+        for name in self.running(story):
             loads = [cpu for _, cpu, _ in self.series(story, name, CPU_WINDOW_S) if cpu is not None]
             if len(loads) < 3:
                 continue
@@ -86,7 +86,7 @@ class MemoryCheck(UsageCheck):
         super().__init__(expectation, f"memory of {expectation.subject} {' and '.join(limits)}")
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
-        for name in self.names(story):
+        for name in self.running(story):
             row = story.row(name)
             size = None if row is None else row["uss_bytes"]
             if size is not None and size >= self._below:
