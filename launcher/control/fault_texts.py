@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # By the change that a line of `faults -f` reports: the field with its time.
 _TIMES = {"suspected": "first_s", "confirmed": "confirmed_s", "healed": "healed_s"}
-_PRESENT, _UPDATED = "present", "updated"
+_PRESENT, _UPDATED, _FORGOTTEN = "present", "updated", "forgotten"
 # What an update must have changed to be a line: measured values change all the time.
 _WORTH_A_LINE = ("state", "cause", "follows", "acknowledged", "muted")
 _ORDER = {"active": 0, "suspected": 1, "healed": 2}
@@ -28,8 +28,9 @@ def is_reported(fault: Fault) -> bool:
 
 
 def is_gone(item: Fault) -> bool:
-    """Whether an item of `faults -f` is the end of a suspicion that was never confirmed."""
-    return item["change"] == "dismissed" and not item["count"]
+    """Whether it leaves the table: a suspicion that was never confirmed, or one of long ago."""
+    change = item["change"]
+    return change == _FORGOTTEN or (change == "dismissed" and not item["count"])
 
 
 def state_word(fault: Fault) -> str:
@@ -99,6 +100,9 @@ class FaultLines:
         """The line of an item; None where only measured values have changed."""
         if "dropped" in item:
             return f"({item['dropped']} changes were not read in time)"
+        if item["change"] == _FORGOTTEN:
+            self._shown.pop(item["fault"], None)
+            return None
         before = self._shown.get(item["fault"])
         now = self._shown[item["fault"]] = tuple(item[name] for name in _WORTH_A_LINE)
         return None if before == now and item["change"] == _UPDATED else fault_line(item)

@@ -9,6 +9,7 @@ from launcher.faults.causes.cause import MACHINE, Cause
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.story import Story
 
+MOST_INCIDENTS = 200  # of a run that are kept: of a fault that comes and goes for days, the newest
 TOGETHER_S = 2.0  # after an incident is over, what follows from it may still be seen
 LEADING = "reachable"  # a kind of faults that is noticed late, and from which the others follow
 DERIVED = ("restart", "death", "request")  # rules whose causes explain others of the same process
@@ -54,6 +55,7 @@ class Grouping:
         incident = Incident(number=self._next, opened_s=fault.life.first_s, faults=[fault])
         self._next += 1
         self.incidents.append(incident)
+        self._forget_some()
         fault.incident, fault.follows = incident.number, None
         if cause is not None:
             incident.causes.append(cause)
@@ -70,8 +72,14 @@ class Grouping:
                     return incident, False
         if old is None:
             return self.join(fault, cause, story)
-        old.causes.insert(0 if old.root is fault else len(old.causes), cause)
+        if cause.key not in [one.key for one in old.causes]:
+            old.causes.insert(0 if old.root is fault else len(old.causes), cause)
         return old, False
+
+    def _forget_some(self) -> None:
+        over = [one for one in self.incidents if one.closed_s is not None]
+        for incident in over[: max(0, len(self.incidents) - MOST_INCIDENTS)]:
+            self.incidents.remove(incident)
 
     def _recent(self, fault: Fault) -> list[Incident]:
         """Those that were open when it was first seen, or a moment before."""

@@ -9,12 +9,13 @@ from collections import deque
 from dataclasses import replace
 
 from launcher.faults.checks.check import ExpectationCheck
+from launcher.faults.checks.message_times import MOST_WAITING
 from launcher.faults.model.fault import Finding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
-from launcher.smoke.expect.evaluator import EVALUATOR
 from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
 from launcher.smoke.judges import judge
+from launcher.smoke.judges.common import forget
 from launcher.smoke.observe.facts import Facts, LogLine, ObservedMessage
 
 HOLD_S = 0.3  # the last line of a traceback, which names the error, comes a moment later
@@ -30,11 +31,14 @@ class LineCheck(ExpectationCheck):
         self._now = replace(expectation, within=None, after=START)
         super().__init__(expectation, judge(self._now, Facts()).expected)
         self._waiting: deque[LogLine] = deque(maxlen=MOST_LINES)
+        self._since_s = 0.0  # when the first of them was taken: the clock may be set meanwhile
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
         # What the launcher itself reports of processes is another fault.
+        if not self._waiting:
+            self._since_s = story.now_s
         self._waiting.extend(line for line in story.facts.lines if line.process is not None)
-        if not self._waiting or story.now_s - self._waiting[-1].at_s < HOLD_S > self._age(story):
+        if not self._waiting or story.now_s - self._since_s < HOLD_S:
             return True, None
         lines = tuple(self._waiting)
         self._waiting.clear()
@@ -58,10 +62,6 @@ class LineCheck(ExpectationCheck):
             times=int(verdict.value or 1),
         )
 
-    def _age(self, story: Story) -> float:
-        """How long the oldest line has been waiting."""
-        return story.now_s - self._waiting[0].at_s
-
 
 class MessageCheck(ExpectationCheck):
     """`message` with `all`: each new message satisfies the conditions."""
@@ -71,7 +71,7 @@ class MessageCheck(ExpectationCheck):
     def __init__(self, expectation: Expectation) -> None:
         self._now = replace(expectation, within=None, after=START)
         super().__init__(expectation, judge(self._now, Facts()).expected)
-        self._waiting: list[ObservedMessage] = []
+        self._waiting: deque[ObservedMessage] = deque(maxlen=MOST_WAITING)
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
         topic, watch = self.expectation.subject, self.expectation.get("watch")
@@ -89,8 +89,8 @@ class MessageCheck(ExpectationCheck):
         if verdict.outcome is Decision.OPEN and "being evaluated" in verdict.seen:
             return False, None  # the next look has the result
         last = self._waiting[-1]
-        self._waiting = []
-        EVALUATOR.forget()
+        forget(self.expectation, [message.content for message in self._waiting])
+        self._waiting.clear()
         if verdict.outcome is not Decision.VIOLATED:
             return True, None
         nodes = story.publishers(topic)

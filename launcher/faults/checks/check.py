@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from launcher.faults.model.fault import FaultOrigin, Finding
@@ -33,9 +33,37 @@ class Check:
     debounce = Debounce()
     names: tuple[str, ...] = ()
 
-    def look(self, story: Story) -> Iterator[Found]:
-        """Each fault that it decides on now, or None for one that is not there."""
+    def look(self, story: Story, known: Collection[str] = ()) -> Iterator[Found]:
+        """Each fault that it decides on now; `known` are the ids of those that are not healed."""
         raise NotImplementedError
+
+
+def origin(kind: str, about: str, expected: str) -> FaultOrigin:
+    """Of a fault of every watched run, about one of several subjects."""
+    return FaultOrigin(fault=f"{kind}: {about}", expectation=kind, kind=kind, expected=expected)
+
+
+class SubjectCheck(Check):
+    """A fault for each subject, with the id `KIND: SUBJECT`; one that is not found is not there.
+
+    What it has found before is with the faults and not here: subjects come and go for days, and
+    the watcher may be a new one.
+    """
+
+    kind = expected = ""
+
+    def find(self, story: Story) -> Mapping[str, Finding] | None:
+        """What is wrong now, by subject; None if that is not known."""
+        raise NotImplementedError
+
+    def look(self, story: Story, known: Collection[str] = ()) -> Iterator[Found]:
+        found = self.find(story)
+        if found is None:
+            return
+        before = {one for one in known if one.startswith(f"{self.kind}: ")}
+        subjects = found.keys() | {one.removeprefix(f"{self.kind}: ") for one in before}
+        for subject in sorted(subjects):
+            yield Found(origin(self.kind, subject, self.expected), found.get(subject))
 
 
 class ExpectationCheck(Check):
@@ -61,7 +89,7 @@ class ExpectationCheck(Check):
         within = self.expectation.within
         return GRACE_S if within is None else max(within.high, GRACE_S)
 
-    def look(self, story: Story) -> Iterator[Found]:
+    def look(self, story: Story, known: Collection[str] = ()) -> Iterator[Found]:
         is_known, finding = self.judge(story)
         if not is_known:
             return

@@ -6,12 +6,20 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from launcher.base.model.run_event import exit_text
-from launcher.base.model.run_events import Ended, NotResponding, NotStarted, Responds, Started
-from launcher.faults.checks.check import Check, Found
+from launcher.base.model.run_events import (
+    Asked,
+    Ended,
+    NotResponding,
+    NotStarted,
+    Responds,
+    Started,
+)
+from launcher.faults.checks.check import Check, Found, SubjectCheck, origin
 from launcher.faults.model.fault import FaultOrigin, Finding
 from launcher.faults.model.fault_life import Debounce
-from launcher.faults.watcher.story import CLOCK_STEP_S, Story, is_here
+from launcher.faults.watcher.story import CLOCK_STEP_S, Row, Story, is_here
 from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, is_hidden
+from launcher.smoke.observe.facts import matches
 
 ALIVE_S = 3.0  # a process that runs so long again is well
 GONE_S = 2.0
@@ -22,13 +30,10 @@ SLOWED = 0.3  # of the looks at a process found it suspended: somebody slows it 
 PARTICIPANT = 35  # characters of a GID that are those of its participant
 
 
-def origin(kind: str, about: str, expected: str) -> FaultOrigin:
-    return FaultOrigin(fault=f"{kind}: {about}", expectation=kind, kind=kind, expected=expected)
-
-
-class DeathCheck(Check):
+class DeathCheck(SubjectCheck):
     """No process exits unexpectedly, or cannot be started."""
 
+    kind, expected = "no deaths", "no process exits unexpectedly"
     debounce = Debounce(confirm_s=0.0, heal_s=0.0)
     names = ("no deaths: *",)
 
@@ -36,43 +41,40 @@ class DeathCheck(Check):
         self._but = but  # patterns of those that are expected to exit
         self._open: dict[str, Finding] = {}
 
-    def look(self, story: Story) -> Iterator[Found]:
-        from launcher.smoke.observe.facts import matches
-
+    def find(self, story: Story) -> Mapping[str, Finding]:
         for event in story.facts.events:
             name = event.process
-            if name is None or not event.event.is_failure:
+            if name is None:
+                continue
+            if not event.event.is_failure:
+                if isinstance(event.event, Ended):
+                    self._open.pop(name, None)  # it has run again, and ended as it should
                 continue
             row = story.row(name)
             nodes = () if row is None else tuple(row["node_names"])
             if any(matches(pattern, name, nodes) for pattern in self._but):
                 continue
-            seen = _end_text(event.event)
             self._open[name] = Finding(
-                seen=f"{name} {seen}",
+                seen=f"{name} {_end_text(event.event)}",
                 processes=(name,),
                 nodes=nodes,
                 certain=True,
                 since_s=event.at_s,
             )
         for name, finding in tuple(self._open.items()):
-            is_well = self._is_well(story, name)
-            found = origin("no deaths", name, "no process exits unexpectedly")
-            if is_well:
+            if story.rows_s > (died_s := finding.since_s or 0.0) + GONE_S and _is_well(
+                story.row(name), story.rows_s, died_s
+            ):
                 del self._open[name]
-            yield Found(found, None if is_well else finding)
+        return self._open
 
-    def _is_well(self, story: Story, name: str) -> bool:
-        """Whether it has been running again for a while, was stopped, or is of the run no more."""
-        died_s = self._open[name].since_s or 0.0
-        if story.rows_s > died_s + GONE_S and story.row(name) is None:
-            return True  # a reload has dropped it
-        ends = story.of(Ended, name, died_s)
-        starts = story.of(Started, name, died_s)
-        if ends and ends[-1].event.asked:
-            return True
-        is_last = bool(starts) and (not ends or starts[-1].at_s >= ends[-1].at_s)
-        return is_last and story.now_s - starts[-1].at_s >= ALIVE_S
+
+def _is_well(row: Row | None, rows_s: float, died_s: float) -> bool:
+    """Whether it has been running again for a while, or is of the run no more after a reload."""
+    if row is None:
+        return True
+    uptime_s = row["uptime_s"] or 0.0
+    return row["pid"] is not None and uptime_s >= ALIVE_S and rows_s - uptime_s > died_s - 1.0
 
 
 def _end_text(event: object) -> str:
@@ -81,29 +83,22 @@ def _end_text(event: object) -> str:
     return f"could not be started: {event.reason}" if isinstance(event, NotStarted) else "failed"
 
 
-class SuspensionCheck(Check):
+class SuspensionCheck(SubjectCheck):
     """No process is suspended that nobody has paused."""
 
+    kind, expected = "not suspended", "no process is suspended by a signal"
     debounce = Debounce(confirm_s=0.2, heal_s=1.0)
     names = ("not suspended: *",)
 
-    def __init__(self) -> None:
-        self._seen: set[str] = set()
-
-    def look(self, story: Story) -> Iterator[Found]:
-        found = {
-            str(row["name"]): text
+    def find(self, story: Story) -> Mapping[str, Finding]:
+        return {
+            name: Finding(seen=f"{name} {text}", processes=(name,))
             for row in story.rows
             if row["pid"] is not None
             and is_here(row)
-            and not _is_paused_by_user(story, row["name"])
+            and not _is_paused_by_user(story, name := str(row["name"]))
             and (text := _suspended_text(story, row["pid"]))
         }
-        for name in sorted(found.keys() | self._seen):
-            about = origin("not suspended", name, "no process is suspended by a signal")
-            finding = Finding(seen=f"{name} {found.get(name)}", processes=(name,))
-            yield Found(about, finding if name in found else None)
-        self._seen |= found.keys()
 
 
 def _suspended_text(story: Story, pid: int) -> str:
@@ -115,8 +110,6 @@ def _suspended_text(story: Story, pid: int) -> str:
 
 
 def _is_paused_by_user(story: Story, process: str) -> bool:
-    from launcher.base.model.run_events import Asked
-
     asked = [e for e in story.of(Asked, process) if e.event.verb in ("pause", "resume", "debug")]
     return bool(asked) and asked[-1].event.verb != "resume"
 
@@ -127,52 +120,49 @@ class ResponseCheck(Check):
     debounce = Debounce(confirm_s=0.0, heal_s=0.0)
     names = ("responds: *",)
 
-    def look(self, story: Story) -> Iterator[Found]:
-        for event in story.facts.events:
-            if event.process is None:
-                continue
-            about = origin("responds", event.process, "the nodes of the process answer")
-            match event.event:
-                case NotResponding(silent_s):
-                    seen = f"{event.process} has not answered for {silent_s:.0f} s"
-                    yield Found(about, Finding(seen=seen, processes=(event.process,), certain=True))
-                case Responds() | Started():
-                    yield Found(about, None)
+    def look(self, story: Story, known: Collection[str] = ()) -> Iterator[Found]:
+        last = {
+            event.process: event.event
+            for event in story.facts.events
+            if event.process is not None
+            and isinstance(event.event, NotResponding | Responds | Started)
+        }
+        for name, event in last.items():
+            finding = None
+            if isinstance(event, NotResponding):
+                seen = f"{name} has not answered for {event.silent_s:.0f} s"
+                finding = Finding(seen=seen, processes=(name,), certain=True)
+            yield Found(origin("responds", name, "the nodes of the process answer"), finding)
 
 
-class DoubleCheck(Check):
+class DoubleCheck(SubjectCheck):
     """No two nodes have the same name."""
 
+    kind, expected = "one node of a name", "no two nodes have the same name"
     debounce = Debounce(confirm_s=1.0, heal_s=2.0)
     names = ("one node of a name: *",)
 
-    def __init__(self) -> None:
-        self._seen: set[str] = set()
-
-    def look(self, story: Story) -> Iterator[Found]:
+    def find(self, story: Story) -> Mapping[str, Finding] | None:
         document = story.document
         if not document:
-            return
+            return None
         double = {
             node["name"]
             for node in document["nodes"]
             if node.get("count", 1) > 1 and not is_hidden(node["name"])
         }
-        double = {name for name in double if _participants(story, name) != 1}
-        for name in sorted(double | self._seen):
-            about = origin("one node of a name", name, "no two nodes have the same name")
-            finding = Finding(
-                seen=f"there are several nodes {name}",
-                nodes=(name,),
-                processes=story.processes_of([name]),
-                topics=tuple(
-                    e.topic
-                    for e in (() if story.graph is None else story.graph.snapshot.endpoints)
-                    if e.node == name and e.is_publisher and e.topic not in DEBUG_TOPICS
-                ),
-            )
-            yield Found(about, finding if name in double else None)
-        self._seen = double | self._seen
+        return {name: _double(story, name) for name in double if _participants(story, name) != 1}
+
+
+def _double(story: Story, name: str) -> Finding:
+    ends = () if story.graph is None else story.graph.snapshot.endpoints
+    own = [end.topic for end in ends if end.node == name and end.is_publisher]
+    return Finding(
+        seen=f"there are several nodes {name}",
+        nodes=(name,),
+        processes=story.processes_of([name]),
+        topics=tuple(topic for topic in own if topic not in DEBUG_TOPICS),
+    )
 
 
 def _participants(story: Story, node: str) -> int:
@@ -182,20 +172,20 @@ def _participants(story: Story, node: str) -> int:
     return len({end["gid"][:PARTICIPANT] for end in living})
 
 
-class QosCheck(Check):
+class QosCheck(SubjectCheck):
     """Every publisher matches every subscription of its topic; `but`: topics where not."""
 
+    kind, expected = "QoS", "all publishers and subscriptions match"
     debounce = Debounce(confirm_s=0.7, heal_s=2.0)
     names = ("QoS: *",)
 
     def __init__(self, but: Collection[str] = ()) -> None:
         self._but = frozenset(but)
-        self._seen: set[str] = set()
 
-    def look(self, story: Story) -> Iterator[Found]:
+    def find(self, story: Story) -> Mapping[str, Finding] | None:
         document = story.document
         if not document:
-            return
+            return None
         found: dict[str, Finding] = {}
         for one in document.get("mismatches", ()):
             topic = one["topic"]
@@ -209,10 +199,7 @@ class QosCheck(Check):
                 processes=story.processes_of(nodes),
                 settles=False,
             )
-        for topic in sorted(found.keys() | self._seen):
-            expected = "all publishers and subscriptions match"
-            yield Found(origin("QoS", topic, expected), found.get(topic))
-        self._seen |= found.keys()
+        return found
 
 
 def mismatch_text(one: Mapping[str, Any]) -> str:
@@ -224,41 +211,47 @@ def mismatch_text(one: Mapping[str, Any]) -> str:
     )
 
 
-class SidesCheck(Check):
+class SidesCheck(SubjectCheck):
     """A topic that nodes of the run published and received has both sides still."""
 
+    kind, expected = "both sides", "a topic keeps its publishers and subscriptions"
     debounce = Debounce(confirm_s=2.0, heal_s=2.0)
     names = ("both sides: *",)
 
     def __init__(self) -> None:
-        self._both: dict[str, float] = {}  # since when it had both
-        self._seen: set[str] = set()
+        self._both: dict[str, tuple[float, float]] = {}  # from when to when it had both
 
-    def look(self, story: Story) -> Iterator[Found]:
-        if story.graph is None:
-            return
+    def find(self, story: Story) -> Mapping[str, Finding] | None:
+        graph = story.graph
+        if graph is None:
+            return None
         sides: dict[str, set[bool]] = {}
-        for end in story.graph.snapshot.endpoints:
-            is_ours = end.node not in story.graph.snapshot.ghosts and story.process_of(end.node)
+        for end in graph.snapshot.endpoints:
+            is_ours = end.node not in graph.snapshot.ghosts and story.process_of(end.node)
             if is_ours and not is_hidden(end.topic) and end.topic not in DEBUG_TOPICS:
                 sides.setdefault(end.topic, set()).add(end.is_publisher)
+        # One that has neither side is no topic any more.
+        self._both = {topic: span for topic, span in self._both.items() if topic in sides}
         lost: dict[str, Finding] = {}
         for topic, found in sides.items():
+            from_s, to_s = self._both.get(topic, (story.now_s, story.now_s))
             if len(found) == 2:
-                self._both.setdefault(topic, story.now_s)
-            elif story.now_s - self._both.get(topic, story.now_s) >= BOTH_SIDES_S:
-                side = "subscription" if True in found else "publisher"
-                nodes = story.publishers(topic) if side == "publisher" else ()
-                lost[topic] = Finding(
-                    seen=f"{topic} has no {side} any more",
-                    topics=(topic,),
-                    nodes=nodes,
-                    processes=story.processes_of(nodes),
-                )
-        for topic in sorted(lost.keys() | self._seen):
-            about = origin("both sides", topic, "a topic keeps its publishers and subscriptions")
-            yield Found(about, lost.get(topic))
-        self._seen |= lost.keys()
+                self._both[topic] = from_s, story.now_s
+            elif to_s - from_s < BOTH_SIDES_S:
+                self._both.pop(topic, None)
+            else:
+                lost[topic] = _one_sided(story, topic, has_publisher=True in found)
+        return lost
+
+
+def _one_sided(story: Story, topic: str, *, has_publisher: bool) -> Finding:
+    nodes = () if has_publisher else story.publishers(topic)
+    return Finding(
+        seen=f"{topic} has no {'subscription' if has_publisher else 'publisher'} any more",
+        topics=(topic,),
+        nodes=nodes,
+        processes=story.processes_of(nodes),
+    )
 
 
 class MachineCheck(Check):
@@ -267,7 +260,7 @@ class MachineCheck(Check):
     debounce = Debounce(confirm_s=0.0, heal_s=1.0)
     names = ("disk", "clock")
 
-    def look(self, story: Story) -> Iterator[Found]:
+    def look(self, story: Story, known: Collection[str] = ()) -> Iterator[Found]:
         if not story.machine:
             return
         last = story.machine[-1]
@@ -296,29 +289,21 @@ class MachineCheck(Check):
             yield Found(about, Finding(seen=seen, value=by_s, unit="s", since_s=at_s, certain=True))
 
 
-class HostCheck(Check):
+class HostCheck(SubjectCheck):
     """Other hosts of the run can be reached."""
 
+    kind, expected = "reachable", "all hosts can be reached"
     debounce = Debounce(confirm_s=0.0, heal_s=0.5)
     names = ("reachable: *",)
 
-    def __init__(self) -> None:
-        self._seen: set[str] = set()
-
-    def look(self, story: Story) -> Iterator[Found]:
-        lost = story.lost_hosts()
-        for host in sorted(lost.keys() | self._seen):
-            about = origin("reachable", host, "all hosts can be reached")
-            finding = None
-            if host in lost:
-                event = lost[host]
-                why = f": {event.event.reason}" if event.event.reason else ""
-                names = tuple(str(r["name"]) for r in story.rows if r.get("host") == host)
-                finding = Finding(
-                    seen=f"host {host} is {event.event.state}{why}",
-                    processes=names,
-                    since_s=event.at_s,
-                    certain=True,
-                )
-            yield Found(about, finding)
-        self._seen |= lost.keys()
+    def find(self, story: Story) -> Mapping[str, Finding]:
+        found = {}
+        for host, event in story.lost_hosts().items():
+            why = f": {event.event.reason}" if event.event.reason else ""
+            found[host] = Finding(
+                seen=f"host {host} is {event.event.state}{why}",
+                processes=tuple(str(r["name"]) for r in story.rows if r.get("host") == host),
+                since_s=event.at_s,
+                certain=True,
+            )
+        return found

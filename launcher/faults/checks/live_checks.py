@@ -117,7 +117,8 @@ def watched(script: Script) -> tuple[Script, list[Left]]:
 
 
 def checks_of(script: Script, arguments: Collection[str] = ()) -> list[Check]:
-    """The checks of a watched script; `arguments` are those of the run (`name:=value`).
+    """The checks of the expectations of a watched script; `arguments` are those of the run
+    (`name:=value`).
 
     Where the file is for others, nodes may be missing: what has held once is expected from then on.
     """
@@ -128,11 +129,11 @@ def checks_of(script: Script, arguments: Collection[str] = ()) -> list[Check]:
         if isinstance(made, ExpectationCheck):
             made.must_have_held = is_other
             checks.append(made)
-    return [*implied_checks(script), *checks]
+    return checks
 
 
 def implied_checks(script: Script) -> list[Check]:
-    """Those of every watched run, without what the script expects to be otherwise."""
+    """Those of every watched run, but for what the whole script expects to be otherwise."""
     return [
         MachineCheck(),
         HostCheck(),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 
-from launcher.faults.watcher.story import Story
-from launcher.smoke.expect.evaluator import EVALUATOR, NotYetError, TooExpensiveError
+from launcher.faults.watcher.story import Story, plausible_s
+from launcher.smoke.expect.evaluator import NotYetError, TooExpensiveError
 from launcher.smoke.expect.expectation import Expectation
-from launcher.smoke.judges.common import condition_text, judged
+from launcher.smoke.judges.common import condition_text, forget, judged
 from launcher.smoke.observe.facts import Facts, ObservedMessage
 
 KEEP = 4000
+MOST_WAITING = 2000  # that are evaluated at once: in a flood, older ones are left out
 
 
 class MessageTimes:
@@ -20,34 +21,43 @@ class MessageTimes:
         self._expectation = expectation
         self._topic = str(expectation.subject)
         self._has_conditions = bool(condition_text(expectation))
-        self._waiting: list[ObservedMessage] = []
+        self._waiting: deque[ObservedMessage] = deque(maxlen=MOST_WAITING)
+        self.refusal: str | None = None  # why its conditions are not evaluated
         self._sent: deque[float] = deque(maxlen=KEEP)
         self._delays: deque[tuple[float, float]] = deque(maxlen=KEEP)
 
     def take(self, story: Story) -> bool:
         """Take what is new; whether it is known what has come so far."""
         if not self._has_conditions:
-            return self._topic in story.arrivals
+            return self._known_s(story) is not None
         watch = self._expectation.get("watch")
+        if self.refusal is not None:
+            return True
         self._waiting += Facts(messages=story.facts.messages).received(self._topic, watch)
         if not self._waiting:
             return story.now_s > 0
         try:
-            results = judged(self._expectation, [m.content for m in self._waiting])
+            contents = [message.content for message in self._waiting]
+            results = judged(self._expectation, contents)
         except NotYetError:
             return False
-        except TooExpensiveError:
-            self._waiting = []
-            return False
+        except TooExpensiveError as error:
+            self.refusal = str(error)
+            return True
         for message, (fits, _) in zip(self._waiting, results, strict=True):
             if fits:
                 self._note(message)
-        self._waiting = []
-        EVALUATOR.forget()
+        self._waiting.clear()
+        forget(self._expectation, contents)
         return True
 
+    def _known_s(self, story: Story) -> float | None:
+        """Until when it is known what has come: the probe may be late on a busy machine."""
+        arrivals = None if story.is_blind else story.arrivals.get(self._topic)
+        return None if arrivals is None else arrivals.known_s
+
     def _note(self, message: ObservedMessage) -> None:
-        sent_s = message.at_s if message.sent_s is None else message.sent_s
+        sent_s = plausible_s(message.sent_s, message.at_s)
         begin_s = sent_s if message.stamp_s is None else message.stamp_s
         self._sent.append(sent_s)
         self._delays.append((message.at_s, message.at_s - begin_s))
@@ -67,3 +77,9 @@ class MessageTimes:
         """When the last one was sent; None if none has come."""
         sent = self._sent if self._has_conditions else story.arrivals[self._topic].sent
         return sent[-1] if sent else None
+
+    def silent_s(self, story: Story) -> float | None:
+        """How long no further one has come, as far as that is known; None if none has."""
+        last_s, known_s = self.last_s(story), None if self._has_conditions else self._known_s(story)
+        now_s = story.now_s if known_s is None else min(story.now_s, known_s)
+        return None if last_s is None else max(0.0, now_s - last_s)

@@ -43,10 +43,9 @@ class TrafficCheck(ExpectationCheck):
 
     def silence(self, story: Story, limit_s: float) -> Finding | None:
         """That nothing has come for longer than this."""
-        last_s = self.times.last_s(story)
-        if last_s is None:
+        last_s, silent_s = self.times.last_s(story), self.times.silent_s(story)
+        if last_s is None or silent_s is None:
             return self.found(story, "no message", value=0.0, unit="Hz")
-        silent_s = story.now_s - last_s
         if silent_s <= limit_s:
             return None
         seen = f"silent for {seconds_text(silent_s)}"
@@ -68,6 +67,8 @@ class RateCheck(TrafficCheck):
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
         if not self.times.take(story):
             return False, None
+        if self.times.refusal is not None:
+            return True, self.found(story, self.times.refusal)
         from_s, low = story.now_s - self.window_s, self._span.low
         times = self.times.sent_since(story, from_s)
         if self._since_s is None and times:
@@ -81,13 +82,18 @@ class RateCheck(TrafficCheck):
         return True, self._off(story, times)
 
     def _off(self, story: Story, times: list[float]) -> Finding | None:
-        """The rate between the first and the last message of the window, if it is wrong."""
+        """The rate of the window, if it is wrong.
+
+        It is that between the first and the last message, or that of all: the first is right for
+        few messages, the second for such that come in bursts.
+        """
         span = self._span
         if len(times) < 2:
             return None
         rate_hz = (len(times) - 1) / max(times[-1] - times[0], 1e-9)
         slack_hz = SLACK_MESSAGES / self.window_s
-        if span.low - slack_hz <= rate_hz <= span.high + slack_hz:
+        low_hz, high_hz = sorted((rate_hz, len(times) / self.window_s))
+        if high_hz >= span.low - slack_hz and low_hz <= span.high + slack_hz:
             return None
         seen = f"{rate_hz:.3g} Hz in the last {self.window_s:.3g} s"
         lack = max(0.0, 1.0 - rate_hz / span.low) if span.low > 0 else 0.0
@@ -107,6 +113,8 @@ class GapCheck(TrafficCheck):
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
         if not self.times.take(story):
             return False, None
+        if self.times.refusal is not None:
+            return True, self.found(story, self.times.refusal)
         last_s = self._last_s
         times = self.times.sent_since(story, 0.0 if last_s is None else last_s)
         self._last_s = times[-1] if times else last_s
@@ -128,6 +136,8 @@ class LatencyCheck(TrafficCheck):
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
         if not self.times.take(story):
             return False, None
+        if self.times.refusal is not None:
+            return True, self.found(story, self.times.refusal)
         delays = self.times.delays_since(story, story.now_s - DELAYS_S)
         if len(delays) < LEAST_DELAYS:
             return False, None

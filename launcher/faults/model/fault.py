@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from launcher.faults.model.fault_life import Debounce, FaultLife, FaultState
@@ -63,11 +63,35 @@ class Fault:
     incident: int | None = None
     acknowledged: dict[str, Any] | None = None
     muted: dict[str, Any] | None = None
-    extra: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, origin: FaultOrigin, debounce: Debounce, finding: Finding) -> Fault:
         return cls(origin, FaultLife(debounce), finding)
+
+    @classmethod
+    def resumed(cls, document: Mapping[str, Any], run_time_of: Callable[[float], float]) -> Fault:
+        """One that another watcher has reported; `run_time_of` is the reverse of `wall_of`."""
+
+        def at(name: str) -> float | None:
+            wall_s = document[name]
+            return None if wall_s is None else run_time_of(wall_s)
+
+        origin = FaultOrigin(
+            **{name: document[name] for name in ("fault", "expectation", "kind", "expected")},
+            place=document["place"],
+        )
+        finding = Finding(
+            **{name: document[name] for name in ("seen", "value", "unit", "message")},
+            processes=tuple(document["processes"]),
+            nodes=tuple(document["nodes"]),
+            topics=tuple(document["topics"]),
+        )
+        fault = cls(origin, FaultLife(Debounce()), finding, lines=tuple(document["lines"]))
+        for name in ("cause", "rule", "follows", "incident", "acknowledged", "muted"):
+            setattr(fault, name, document[name])
+        times_s = at("first_s") or 0.0, at("confirmed_s"), at("last_s") or 0.0, at("healed_s")
+        fault.life.resume(FaultState(document["state"]), document["count"], times_s)
+        return fault
 
     @property
     def id(self) -> str:

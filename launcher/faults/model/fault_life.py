@@ -39,13 +39,15 @@ class FaultLife:
     """One fault, from the first time that it was seen; `state` None: dismissed."""
 
     def __init__(self, debounce: Debounce) -> None:
-        self._debounce = debounce
+        self.debounce = debounce
         self.state: FaultState | None = None
         self.first_s = self.last_s = 0.0
         self.confirmed_s: float | None = None
         self.healed_s: float | None = None
         self.count = 0  # how often it was confirmed
         self._seen = 0  # violations since `first_s`
+        # `first_s`, `confirmed_s`, `last_s` and `healed_s` of the last time, while it is suspected.
+        self._before: tuple[float, float | None, float, float | None] | None = None
 
     def violated(
         self, now_s: float, *, since_s: float | None = None, times: int = 1, certain: bool = False
@@ -53,6 +55,8 @@ class FaultLife:
         """It does not hold, since `since_s`; `certain`: that needs no confirmation."""
         is_new = self.state in (None, FaultState.HEALED)
         if is_new:
+            if self.count:
+                self._before = self.first_s, self.confirmed_s, self.last_s, self.healed_s
             self.first_s = now_s if since_s is None else min(since_s, now_s)
             self._seen = 0
             self.state, self.confirmed_s, self.healed_s = FaultState.SUSPECTED, None, None
@@ -64,17 +68,31 @@ class FaultLife:
             return FaultChange.CONFIRMED
         return FaultChange.SUSPECTED if is_new else None
 
+    def resume(
+        self,
+        state: FaultState,
+        count: int,
+        times_s: tuple[float, float | None, float, float | None],
+    ) -> None:
+        """Go on as another watcher has left it; `first_s`, `confirmed_s`, `last_s`, `healed_s`."""
+        self.state, self.count = state, count
+        self.first_s, self.confirmed_s, self.last_s, self.healed_s = times_s
+
     def _is_confirmed(self, now_s: float) -> bool:
-        if self._debounce.times is not None:
-            return self._seen >= self._debounce.times
-        return now_s - self.first_s >= self._debounce.confirm_s
+        if self.debounce.times is not None:
+            return self._seen >= self.debounce.times
+        return now_s - self.first_s >= self.debounce.confirm_s
 
     def held(self, now_s: float) -> FaultChange | None:
-        """It holds."""
+        """It holds; what was only suspected is again as it was before."""
         if self.state is FaultState.SUSPECTED:
-            self.state = None if self.count == 0 else FaultState.HEALED
+            if self._before is None:
+                self.state = None
+            else:
+                self.state = FaultState.HEALED
+                self.first_s, self.confirmed_s, self.last_s, self.healed_s = self._before
             return FaultChange.DISMISSED
-        if self.state is FaultState.ACTIVE and now_s - self.last_s >= self._debounce.heal_s:
+        if self.state is FaultState.ACTIVE and now_s - self.last_s >= self.debounce.heal_s:
             self.state, self.healed_s = FaultState.HEALED, now_s
             return FaultChange.HEALED
         return None

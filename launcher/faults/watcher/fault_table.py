@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from launcher.faults.causes.cause import Cause
@@ -11,7 +11,7 @@ from launcher.faults.causes.grouping import Grouping, Incident
 from launcher.faults.causes.rules import cause_of
 from launcher.faults.checks.check import GRACE_S, SETTLE_S, Check, Found
 from launcher.faults.model.fault import Fault
-from launcher.faults.model.fault_life import FaultChange
+from launcher.faults.model.fault_life import FaultChange, FaultState
 from launcher.faults.watcher.story import Story
 
 UNDECIDED_S = 0.7  # what explains a fault may be seen a moment later,
@@ -20,6 +20,7 @@ REVISED_S = 3.0  # as long a better cause replaces one that is weak
 UPDATE_S = 1.0  # so often at most, what was seen is reported anew
 MOST_FAULTS = 1000  # ids that are remembered: those that healed long ago are forgotten first
 
+FORGOTTEN = "forgotten"  # the change of one that nobody keeps any more
 Report = Callable[[Fault, str], object]
 
 
@@ -35,7 +36,21 @@ class FaultTable:
         self._reported: dict[str, tuple[str, float]] = {}
         self.mutes: dict[str, dict[str, Any]] = {}  # of faults that were not seen yet
 
+    def resume(self, documents: Iterable[Mapping[str, Any]], of_wall: Callable[..., float]) -> None:
+        """Go on with the faults that an earlier watcher of this run has reported."""
+        for document in documents:
+            fault = self.faults[document["fault"]] = Fault.resumed(document, of_wall)
+            if fault.muted is not None:
+                self.mutes[fault.id] = fault.muted
+
     # ---- what checks have found
+
+    def look(self, checks: Iterable[Check], story: Story) -> None:
+        """Have them look, and take what they find."""
+        for check in checks:
+            known = [f.id for f in self.faults.values() if f.life.state is not FaultState.HEALED]
+            for found in check.look(story, known):
+                self.take(check, found, story)
 
     def take(self, check: Check, found: Found, story: Story) -> None:
         """That a fault is seen now, or that it is not."""
@@ -56,6 +71,9 @@ class FaultTable:
             )
             fault.muted = self.mutes.get(fault.id)
             self._forget_some()
+        elif fault.life.state is FaultState.HEALED:
+            fault.acknowledged = None  # what is taken care of was another time
+        fault.life.debounce = check.debounce
         fault.finding = finding
         fault.lines = story.last_lines(finding.processes)
         change = fault.life.violated(
@@ -93,10 +111,14 @@ class FaultTable:
         self._report(fault, change)
 
     def _forget_some(self) -> None:
-        if len(self.faults) > MOST_FAULTS:
-            healed = [f for f in self.faults.values() if not f.is_active]
-            for fault in sorted(healed, key=lambda f: f.life.last_s)[: MOST_FAULTS // 10]:
-                self.faults.pop(fault.id, None)
+        """Forget those that healed long ago; the launcher forgets what was never confirmed."""
+        if len(self.faults) <= MOST_FAULTS:
+            return
+        healed = [f for f in self.faults.values() if f.life.state is FaultState.HEALED]
+        for fault in sorted(healed, key=lambda f: f.life.last_s)[: MOST_FAULTS // 10]:
+            del self.faults[fault.id]
+            self._reported.pop(fault.id, None)
+            self._report(fault, FORGOTTEN)
 
     # ---- causes and incidents
 

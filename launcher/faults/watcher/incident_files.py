@@ -13,7 +13,7 @@ from launcher.base.model.run_event import fields_of
 from launcher.base.model.run_events import SnapshotWritten
 from launcher.faults.causes.grouping import Incident
 from launcher.faults.watcher.machine_facts import MachineSample
-from launcher.faults.watcher.story import Arrivals, Story
+from launcher.faults.watcher.story import KEEP_S, Arrivals, Story
 from launcher.smoke.observe.facts import ProcessEvent
 
 FOLDER = "incidents"
@@ -41,7 +41,7 @@ class IncidentFiles:
         self._wall_of = wall_of
         self._note = note
         self._has_failed = False
-        self._written: dict[int, int] = {}  # number -> how often
+        self._written: set[int] = set()
         self._again: dict[int, float] = {}
         self._before: dict[int, dict[str, Any] | None] = {}  # the graph
 
@@ -53,14 +53,18 @@ class IncidentFiles:
         self._write(incident, story)
 
     def refresh(self, incidents: Iterable[Incident], story: Story) -> None:
-        """Write those that are due, and remove those that were joined with others."""
+        """Write those that are due; remove those that were joined with others, or are old."""
         known = {one.number: one for one in incidents}
+        for number in [*self._before]:
+            closed_s = known[number].closed_s if number in known else story.now_s - KEEP_S
+            if closed_s is not None and story.now_s - closed_s >= KEEP_S:
+                del self._before[number]
         for number, due_s in tuple(self._again.items()):
             if number in known and story.now_s >= due_s:
                 del self._again[number]
                 self._write(known[number], story)
-        for number in self._written.keys() - known.keys():
-            del self._written[number]
+        for number in self._written - known.keys():
+            self._written.remove(number)
             self._again.pop(number, None)
             if self._folder is not None:
                 with contextlib.suppress(OSError):
@@ -87,7 +91,7 @@ class IncidentFiles:
                 self._has_failed = True
                 self._note(f"cannot write {path}: {error.strerror or error}")
             return
-        self._written[incident.number] = self._written.get(incident.number, 0) + 1
+        self._written.add(incident.number)
 
     def document(self, incident: Incident, story: Story) -> dict[str, Any]:
         wall, (from_s, to_s) = self._wall_of, _span(incident, story)
@@ -131,6 +135,12 @@ class IncidentFiles:
             "events": [_event(one, wall) for one in events if not one.event.is_sample],
             "snapshot": _snapshot(events),
         }
+
+
+def first_number(run_folder: str | None) -> int:
+    """The number of the next incident of a run, which an earlier watcher may have counted."""
+    names = [] if run_folder is None else Path(run_folder, FOLDER).glob("*.json")
+    return 1 + max((int(one.stem) for one in names if one.stem.isdecimal()), default=0)
 
 
 def _graph_before(opened_s: float, story: Story) -> dict[str, Any] | None:

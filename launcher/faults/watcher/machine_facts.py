@@ -53,7 +53,7 @@ class MachineReader:
         return MachineSample(
             at_s=at_s,
             pressure=pressure,
-            clock_s=time.time() - time.monotonic(),
+            clock_s=_clock_s(),
             free_bytes=free_bytes,
             size_bytes=size_bytes,
         )
@@ -64,6 +64,15 @@ class MachineReader:
                 found = os.statvfs(self._folder)
                 return found.f_bavail * found.f_frsize, found.f_blocks * found.f_frsize
         return None, None
+
+
+def _clock_s() -> float:
+    """The time of day minus the monotonic clock, of a moment in which nothing interrupted this."""
+    looks = []
+    for _ in range(3):
+        from_s, wall_s, to_s = time.monotonic(), time.time(), time.monotonic()
+        looks.append((to_s - from_s, wall_s - from_s))
+    return min(looks)[1]
 
 
 def _stall_totals() -> dict[str, int]:

@@ -11,8 +11,11 @@ class Observations(FactRecorder):
     """Times of the day are those of now, whatever the clock showed at the start of the run."""
 
     def of_wall(self, wall_s: float) -> float:
-        """Time of the run; it is right for what has happened since the clock was last set."""
-        return self.now_s - (time.time() - wall_s)
+        """Time of the run; it is right for what has happened since the clock was last set.
+
+        If the clock was set back since, it would be in the future.
+        """
+        return self.now_s - max(0.0, time.time() - wall_s)
 
     def wall_of(self, at_s: float) -> float:
         return time.time() - (self.now_s - at_s)

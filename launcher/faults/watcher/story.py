@@ -20,11 +20,14 @@ KEEP_S = 300.0  # of events
 KEEP_ARRIVALS = 4000  # of one topic
 KEEP_LINES = 3000
 KEEP_SAMPLES = 300  # of one process, a second each
-KEEP_GRAPHS = 60
+KEEP_GRAPHS = 20
+KEEP_PUBLISHERS = 60  # graphs of which only the publishers are kept
+BLIND_S = 5.0  # a new probe discovers the graph meanwhile
 KEEP_MACHINE = 1200  # ten a second... at most
 KEEP_TRANSITS = 50  # messages
 OTHER_CLOCK_S = 0.5  # no message takes so long from one host to another, unless clocks differ
 LAST_LINES = 5
+CLOCKS_DIFFER_S = 1.0  # a message is not on its way for longer
 
 Row = Mapping[str, Any]
 
@@ -34,6 +37,7 @@ class Arrivals:
     """When messages of a topic came: received and sent in time of the run, delays in seconds.
 
     A delay is from the stamp of the header, or from the publisher's time, to the reception.
+    `known_s`: everything that has come until then is here; None before the first answer.
     """
 
     received: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
@@ -41,6 +45,7 @@ class Arrivals:
     sent: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
     delays: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
     first_s: float | None = None
+    known_s: float | None = None
 
     def add(self, received: Sequence[float], sent: Sequence[float]) -> None:
         """Messages that came and were sent at these times, the latter on the publisher's clock.
@@ -51,7 +56,9 @@ class Arrivals:
         self.received.extend(received)
         self.transits.extend(here - there for here, there in zip(received, sent, strict=True))
         shift_s = self.behind_s
-        self.sent.extend(there + shift_s for there in sent)
+        self.sent.extend(
+            plausible_s(there + shift_s, here) for here, there in zip(received, sent, strict=True)
+        )
         if self.first_s is None and received:
             self.first_s = received[0]
 
@@ -72,6 +79,16 @@ class Arrivals:
                 break
             found.append(delay_s)
         return found
+
+
+def plausible_s(sent_s: float | None, received_s: float) -> float:
+    """When a message was sent, in time of the run, if that can be.
+
+    The publisher's clock may be another one, and ours may have been set in between.
+    """
+    if sent_s is None or not 0.0 <= received_s - sent_s <= CLOCKS_DIFFER_S:
+        return received_s
+    return sent_s
 
 
 def _since(times: deque[float], from_s: float) -> Iterator[float]:
@@ -96,7 +113,6 @@ class Story:
         self.rows: Sequence[Row] = ()
         self.rows_s = 0.0  # when they were answered
         self.lines: deque[LogLine] = deque(maxlen=KEEP_LINES)
-        self.graph: GraphSeen | None = None
         self.graphs: deque[tuple[float, dict[str, Any]]] = deque(maxlen=KEEP_GRAPHS)
         self.arrivals: dict[str, Arrivals] = {}
         self.samples: dict[str, deque[tuple[float, float | None, int | None]]] = {}
@@ -106,8 +122,17 @@ class Story:
         self.observer: int | None = None
         self.facts = Facts()  # what is new since the last look
         self.is_stopping = False
+        self._graph: GraphSeen | None = None
+        self._sighted_s = 0.0  # from when on ROS is seen
+        # For each of the last graphs, the publishers of each topic.
+        self._published: deque[dict[str, list[str]]] = deque(maxlen=KEEP_PUBLISHERS)
         self._last_lines: dict[str, deque[LogLine]] = {}
         self._links: dict[str, ProcessEvent[LinkChanged]] = {}  # the last change of each
+        self._rows: dict[str, Row] = {}
+        self._of_node: dict[str, str] = {}  # process by the name of a node, as the launch file says
+        self._of_pid: dict[int, str] = {}
+        self._of_label: dict[str, str | None] = {}  # None: of several
+        self._node_pids: dict[str, int | None] = {}
 
     def take(self, new: Facts) -> None:
         """Add what is new."""
@@ -124,42 +149,78 @@ class Story:
                 last = self._last_lines.setdefault(line.process, deque(maxlen=LAST_LINES))
                 last.append(line)
         if new.graphs:
-            self.graph = new.graphs[-1]
+            self._graph = new.graphs[-1]
 
     def take_rows(self, rows: Sequence[Row], at_s: float) -> None:
         """What `ps` has answered."""
         self.rows, self.rows_s = rows, at_s
+        self._rows = {row["name"]: row for row in rows}
+        self._of_node, self._of_pid, self._of_label = {}, {}, {}
         for row in rows:
+            name = row["name"]
+            for node in row["node_names"]:
+                self._of_node.setdefault(node, name)
+            label = label_of(name)
+            self._of_label[label] = None if label in self._of_label else name
             if row["pid"] is not None:
+                if is_here(row):
+                    self._of_pid.setdefault(row["pid"], name)
                 found = self.samples.setdefault(row["name"], deque(maxlen=KEEP_SAMPLES))
                 found.append((at_s, row["cpu_percent"], row["rss_bytes"]))
+        self._forget_processes()
+
+    def _forget_processes(self) -> None:
+        """Forget those that a reload has dropped some minutes ago."""
+        old_s = self.rows_s - KEEP_S
+        for name in self.samples.keys() - self._rows.keys():
+            if self.samples[name][-1][0] < old_s:
+                del self.samples[name]
+        for name in self._last_lines.keys() - self._rows.keys():
+            if self._last_lines[name][-1].at_s < old_s:
+                del self._last_lines[name]
 
     def take_graph(self, document: dict[str, Any], at_s: float) -> None:
         """A graph as the probe reports it."""
         self.graphs.append((at_s, document))
+        self._node_pids = {one["name"]: one.get("pid") for one in document.get("nodes", ())}
+        published: dict[str, list[str]] = {}
+        for end in document.get("endpoints", ()):
+            if end["direction"] == "publisher":
+                published.setdefault(end["topic"], []).append(end["node"])
+        self._published.append(published)
+
+    def begin_blind(self) -> None:
+        """There is a new probe: what it has not discovered yet is not missing."""
+        self._sighted_s = self.now_s + BLIND_S
+        self.arrivals.clear()
+
+    @property
+    def is_blind(self) -> bool:
+        return self.now_s < self._sighted_s
+
+    @property
+    def graph(self) -> GraphSeen | None:
+        """The last one; None before the first, and while a new probe discovers it."""
+        return None if self.is_blind else self._graph
 
     @property
     def document(self) -> dict[str, Any]:
-        """The last graph as the probe reports it; empty before the first."""
-        return self.graphs[-1][1] if self.graphs else {}
+        """The same as the probe reports it; empty for none."""
+        return self.graphs[-1][1] if self.graphs and not self.is_blind else {}
 
     # ---- processes
 
     def row(self, process: str) -> Row | None:
-        return next((row for row in self.rows if row["name"] == process), None)
+        return self._rows.get(process)
 
     def process_of(self, node: str) -> str | None:
         """The process of a node by its full name: as the launch file says, or by its pid."""
-        for row in self.rows:
-            if node in row["node_names"]:
-                return str(row["name"])
-        pids = {one["name"]: one.get("pid") for one in self.document.get("nodes", ())}
-        pid = pids.get(node)
+        if node in self._of_node:
+            return self._of_node[node]
+        pid = self._node_pids.get(node)
         if pid is not None:
-            here = (row for row in self.rows if row["pid"] == pid and is_here(row))
-            return next((str(row["name"]) for row in here), None)
-        same = [r["name"] for r in self.rows if label_of(r["name"]) == node.rpartition("/")[2]]
-        return str(same[0]) if len(same) == 1 else None
+            return self._of_pid.get(pid)
+        return self._of_label.get(node.rpartition("/")[2])
 
     def processes_of(self, nodes: Iterable[str]) -> tuple[str, ...]:
         found = (self.process_of(node) for node in nodes)
@@ -226,12 +287,7 @@ class Story:
     def publishers(self, topic: str) -> tuple[str, ...]:
         """Nodes that publish it, now or at any time that is remembered, the present ones first."""
         now = [e.node for e in self.endpoints(topic) if e.is_publisher]
-        before = (
-            e["node"]
-            for _, document in reversed(self.graphs)
-            for e in document.get("endpoints", ())
-            if e["topic"] == topic and e["direction"] == "publisher"
-        )
+        before = (node for one in reversed(self._published) for node in one.get(topic, ()))
         return tuple(dict.fromkeys([*now, *before]))
 
     def subscribers(self, topics: Iterable[str]) -> set[str]:
@@ -245,18 +301,9 @@ class Story:
     def published_by(self, processes: Iterable[str]) -> set[str]:
         """The topics that nodes of these processes publish, or have published."""
         names = set(processes)
-        found: set[str] = set()
-        known: dict[str, bool] = {}
-        for _, document in self.graphs:
-            for end in document.get("endpoints", ()):
-                if end["direction"] != "publisher":
-                    continue
-                node = end["node"]
-                if node not in known:
-                    known[node] = self.process_of(node) in names
-                if known[node]:
-                    found.add(end["topic"])
-        return found
+        pairs = {(t, n) for one in self._published for t, nodes in one.items() for n in nodes}
+        ours = {node for node in {n for _, n in pairs} if self.process_of(node) in names}
+        return {topic for topic, node in pairs if node in ours}
 
     # ---- the machine
 

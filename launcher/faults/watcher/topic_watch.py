@@ -39,7 +39,7 @@ class TopicWatch:
         self.expectations = [one if _is_counted(one) else next(rest) for one in given]
         self._topics = self._subscribe([one for one in given if _is_counted(one)])
         self._lock = threading.Lock()
-        self._new: list[tuple[str, dict[str, Any], float]] = []
+        self._new: list[tuple[str, dict[str, Any], float, float]] = []
         self._is_over = threading.Event()
         if self._topics:
             threading.Thread(target=self._poll, daemon=True, name="arrivals").start()
@@ -61,6 +61,7 @@ class TopicWatch:
 
     def _poll(self) -> None:
         while not self._is_over.wait(POLL_S) and self._probe.is_alive:
+            asked_s = self._observations.now_s
             try:
                 subs = self._probe.ask("arrivals", timeout_s=ANSWER_S)["subs"]
             except LauncherError:
@@ -68,18 +69,18 @@ class TopicWatch:
             # Both clocks now, as long as they fit the stamps.
             offset_s = self._observations.wall_of(0.0)
             with self._lock:
-                self._new += [(key, one, offset_s) for key, one in subs.items()]
+                self._new += [(key, one, offset_s, asked_s) for key, one in subs.items()]
 
     def merge(self, story: Story) -> None:
         """Add what has come since the last call."""
         with self._lock:
             new, self._new = self._new, []
-        for key, one, offset_s in new:
-            topic = self._topics.get(key)
-            if topic is not None and one.get("state") != "waiting":
-                self._add(story.arrivals.setdefault(topic, Arrivals()), one, offset_s)
-            elif topic is not None:
-                story.arrivals.setdefault(topic, Arrivals())
+        for key, one, offset_s, asked_s in new:
+            if (topic := self._topics.get(key)) is not None:
+                known = story.arrivals.setdefault(topic, Arrivals())
+                known.known_s = asked_s
+                if one.get("state") != "waiting":
+                    self._add(known, one, offset_s)
 
     def _add(self, known: Arrivals, one: dict[str, Any], offset_s: float) -> None:
         received = [self._observations.of_monotonic(at_s) for at_s in one["mono"]]

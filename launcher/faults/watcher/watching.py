@@ -14,12 +14,12 @@ from typing import Any
 from launcher.base.model.run_events import Stopping
 from launcher.control.client import Connection
 from launcher.faults.checks.check import Check
-from launcher.faults.checks.live_checks import checks_of, watched
+from launcher.faults.checks.live_checks import checks_of, implied_checks, watched
 from launcher.faults.history.versions import FilesVersion, of_launch
 from launcher.faults.history.writing import History
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.fault_table import FaultTable
-from launcher.faults.watcher.incident_files import IncidentFiles
+from launcher.faults.watcher.incident_files import IncidentFiles, first_number
 from launcher.faults.watcher.machine_facts import MachineReader
 from launcher.faults.watcher.observations import Observations
 from launcher.faults.watcher.parameter_watch import ParameterWatch
@@ -72,14 +72,15 @@ class Watching:
         self._graphs: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._story = Story()
         self._machine = MachineReader(settings.run_folder)
-        self._table = FaultTable(self._report)
+        self._table = FaultTable(self._report, first_number(settings.run_folder))
         self._history: History | None = None
         self._versions: dict[str, str | None] = {}
         self._probe: ProbeClient | None = None
         self._probe_starts = 0
         self._topics: TopicWatch | None = None
         self._parameters: ParameterWatch | None = None
-        self._checks: list[Check] = []
+        self._implied: list[Check] = []
+        self._checks: list[Check] = []  # of the expectations
         self._is_over = False
         self._look_s = self._machine_s = self._pids_s = 0.0
 
@@ -91,7 +92,9 @@ class Watching:
         script = Script() if path is None else loader.load(path).completed()
         with Connection(self._settings.socket) as connection:
             hello = connection.hello
+            earlier = connection.ask("faults").result["faults"]
         self._observations.begin()
+        self._table.resume(earlier, self._observations.of_wall)
         follower = RunFollower(
             lambda: Connection(self._settings.socket),
             self._observations,
@@ -103,9 +106,12 @@ class Watching:
         self._begin_history(hello)
         self._script, left = watched(script)
         self._say(left=[{"expectation": one.expectation, "why": one.why} for one in left])
-        self._checks = checks_of(self._script, self._settings.arguments)
-        self._say(names=[name for check in self._checks for name in check.names])
+        self._implied = implied_checks(script)
         self._start_probe()
+        if not self._checks:
+            self._checks = checks_of(self._script, self._settings.arguments)
+        checks = (*self._implied, *self._checks)
+        self._say(names=[name for check in checks for name in check.names])
         try:
             self._loop()
         finally:
@@ -157,7 +163,8 @@ class Watching:
         self._story.observer = probe.pid
         self._topics = TopicWatch(probe, self._observations, self._script.expectations)
         self._script = self._script.with_expectations(self._topics.expectations)
-        self._checks = checks_of(self._script, self._settings.arguments)
+        if not self._checks:  # else a new probe has the same subscriptions
+            self._checks = checks_of(self._script, self._settings.arguments)
         self._parameters = ParameterWatch(probe, self._observations, self._script.expectations)
 
     # ---- the loop
@@ -211,9 +218,7 @@ class Watching:
                 self._note(trouble)
         if self._topics is not None:
             self._topics.merge(story)
-        for check in self._checks:
-            for found in check.look(story):
-                self._table.take(check, found, story)
+        self._table.look((*self._implied, *self._checks), story)
         self._table.end_mutes()
         for incident, _ in self._table.decide(story):
             self._files.opened(incident, story)
@@ -223,10 +228,11 @@ class Watching:
 
     def _restart_probe(self) -> None:
         self._close_probe()
-        self._story.arrivals.clear()
         if self._probe_starts < MAX_STARTS:
             self._note("the ROS probe has ended; it is started again")
             self._start_probe()
+            self._story.now_s = self._observations.now_s
+            self._story.begin_blind()
         else:
             self._note("the ROS probe has ended again; ROS is not observed any more")
 

@@ -70,11 +70,16 @@ class Evaluator:
             raise NotYetError  # closed meanwhile
         return [known[id(one)][1] for one in contents]
 
-    def forget(self) -> None:
-        """Forget the results, not what was refused: nobody asks for these contents again."""
-        with self._lock:
-            for known in self._known.values():
-                known.clear()
+    def forget(
+        self, conditions: Sequence[EvaluatedCondition], contents: Sequence[Any] = ()
+    ) -> None:
+        """Forget the results for these contents, of which nobody asks again.
+
+        It waits for no evaluation that goes on, and leaves the results of others.
+        """
+        known = self._known.get(pickle.dumps(conditions), {})
+        for content in contents:
+            known.pop(id(content), None)
 
     def _in_thread(self, work: Callable[[], None], patience_s: float | None) -> None:
         """An interrupt ends the waiting, and not what the process is asked; NotYetError."""

@@ -149,10 +149,19 @@ def judged(expectation: Expectation, contents: Sequence[Any]) -> list[tuple[bool
 
     TooExpensiveError, NotYetError.
     """
-    given = (expectation.get(name) for name in ("where", "fields"))
     # The main thread has the scenario to run; the others wait for an answer of a service.
     patience_s = PATIENCE_S if threading.current_thread() is threading.main_thread() else None
-    return EVALUATOR.judged([one for one in given if one is not None], contents, patience_s)
+    return EVALUATOR.judged(_conditions(expectation), contents, patience_s)
+
+
+def forget(expectation: Expectation, contents: Sequence[Any]) -> None:
+    """Whether these contents satisfy its conditions is not asked again."""
+    EVALUATOR.forget(_conditions(expectation), contents)
+
+
+def _conditions(expectation: Expectation) -> list[Any]:
+    given = (expectation.get(name) for name in ("where", "fields"))
+    return [one for one in given if one is not None]
 
 
 def condition_text(expectation: Expectation) -> str:

@@ -47,7 +47,7 @@ class ProbeClient:
         self._on_graph = on_graph
         self._stderr = stderr
         self._ids = itertools.count(1)
-        self._answers: dict[int, dict[str, Any]] = {}
+        self._answers: dict[int, dict[str, Any] | None] = {}  # those that are waited for
         self._changed = threading.Condition()
         self._is_ready = False
         self._has_ended = False
@@ -82,12 +82,15 @@ class ProbeClient:
         """The result of a request; ProbeError if it fails or is not answered."""
         number = next(self._ids)
         request = {"id": number, "do": do, "timeout_s": timeout_s, **fields}
-        self._write(request)
-        with self._changed:
-            self._changed.wait_for(
-                lambda: number in self._answers or self._has_ended, timeout_s + ANSWER_ROOM_S
-            )
-            answer = self._answers.pop(number, None)
+        self._answers[number] = None
+        try:
+            self._write(request)
+            with self._changed:
+                self._changed.wait_for(
+                    lambda: self._answers[number] or self._has_ended, timeout_s + ANSWER_ROOM_S
+                )
+        finally:
+            answer = self._answers.pop(number)
         if answer is None:
             raise ProbeError(f"the ROS probe did not answer '{do}'", hint=self._last_line())
         if not answer.get("ok"):
@@ -146,7 +149,8 @@ class ProbeClient:
         event = report.get("event")
         if event is None:
             with self._changed:
-                self._answers[report.get("id", 0)] = report
+                if report.get("id") in self._answers:  # else nobody waits any more
+                    self._answers[report["id"]] = report
                 self._changed.notify_all()
         elif event == "ready":
             with self._changed:
