@@ -22,7 +22,7 @@ class Verb(Record):
 
     `behind`: options that the words behind the name set, the last one by the last word; `rest`:
     the option that all of them set, with blanks between. `streams`: with the option `follow` it
-    sends items until the run ends. `shell`: it is also a command of its own. `shorthand` reads
+    sends items until the run ends. `shell`: it is also a command of the shell. `shorthand` reads
     words such as -9. `serve` answers requests: `module:function`, or empty if the service of the
     control socket does. `changing` names the options with which a verb that otherwise
     only reads changes something.

@@ -14,7 +14,7 @@ from launcher.base.model.run_event import RunEvent, exit_text
 from launcher.base.model.run_events import Asked, Ended, NotStarted, Started
 from launcher.base.text import several
 from launcher.faults.causes.cause import MACHINE, Cause
-from launcher.faults.checks.implied import LOW_BYTES, LOW_SHARE, SLOWED, mismatch_text
+from launcher.faults.checks.implied import is_full, mismatch_text, suspension_text
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.story import Story, is_here
 from launcher.smoke.observe.facts import ProcessEvent
@@ -57,10 +57,7 @@ def full_disk(fault: Fault, story: Story) -> Cause | None:
     full = [
         sample
         for sample in story.machine
-        if sample.at_s >= fault.life.first_s - BEFORE_S
-        and sample.free_bytes is not None
-        and sample.size_bytes
-        and sample.free_bytes < min(LOW_BYTES, LOW_SHARE * sample.size_bytes)
+        if sample.at_s >= fault.life.first_s - BEFORE_S and is_full(sample)
     ]
     if not full:
         return None
@@ -176,17 +173,13 @@ def suspension(fault: Fault, story: Story) -> Cause | None:
         row = story.row(name)
         if row is None or row["pid"] is None or not is_here(row):
             continue
-        pid = row["pid"]
-        share = story.stops.share(pid)
-        if story.stops.is_stopped(pid):
-            text = f"{name} is suspended (SIGSTOP)"
+        if text := suspension_text(story, row["pid"]):
+            rule = "suspension" if story.stops.is_stopped(row["pid"]) else "slow process"
             return Cause(
-                rule="suspension", text=text, at_s=fault.life.first_s, about=frozenset({name})
-            )
-        if share >= SLOWED:
-            text = f"{name} is suspended again and again, {share:.0%} of the time"
-            return Cause(
-                rule="slow process", text=text, at_s=fault.life.first_s, about=frozenset({name})
+                rule=rule,
+                text=f"{name} {text}",
+                at_s=fault.life.first_s,
+                about=frozenset({name}),
             )
     return None
 

@@ -17,6 +17,7 @@ from launcher.base.model.run_events import (
 from launcher.faults.checks.check import Check, Found, SubjectCheck, origin
 from launcher.faults.model.fault import FaultOrigin, Finding
 from launcher.faults.model.fault_life import Debounce
+from launcher.faults.watcher.machine_facts import MachineSample
 from launcher.faults.watcher.story import CLOCK_STEP_S, Row, Story, is_here
 from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, is_hidden
 from launcher.smoke.observe.facts import matches
@@ -97,11 +98,11 @@ class SuspensionCheck(SubjectCheck):
             if row["pid"] is not None
             and is_here(row)
             and not _is_paused_by_user(story, name := str(row["name"]))
-            and (text := _suspended_text(story, row["pid"]))
+            and (text := suspension_text(story, row["pid"]))
         }
 
 
-def _suspended_text(story: Story, pid: int) -> str:
+def suspension_text(story: Story, pid: int) -> str:
     """How it is suspended, all the time or again and again; empty if it is not."""
     if story.stops.is_stopped(pid):
         return "is suspended (SIGSTOP)"
@@ -265,7 +266,6 @@ class MachineCheck(Check):
             return
         last = story.machine[-1]
         if last.free_bytes is not None and last.size_bytes:
-            is_low = last.free_bytes < min(LOW_BYTES, LOW_SHARE * last.size_bytes)
             seen = f"{last.free_bytes / 1024**2:.0f} MiB are left on the disk of the log files"
             about = FaultOrigin(
                 fault="disk",
@@ -273,7 +273,7 @@ class MachineCheck(Check):
                 kind="disk",
                 expected="the disk of the log files has room",
             )
-            yield Found(about, Finding(seen=seen, certain=True) if is_low else None)
+            yield Found(about, Finding(seen=seen, certain=True) if is_full(last) else None)
         step = story.clock_step(story.now_s - CLOCK_S)
         about = FaultOrigin(
             fault="clock",
@@ -287,6 +287,12 @@ class MachineCheck(Check):
             at_s, by_s = step
             seen = f"the clock was set {'forward' if by_s > 0 else 'back'} by {abs(by_s):.3g} s"
             yield Found(about, Finding(seen=seen, value=by_s, unit="s", since_s=at_s, certain=True))
+
+
+def is_full(sample: MachineSample) -> bool:
+    """Whether the disk of the log files has less room than it should."""
+    free, size = sample.free_bytes, sample.size_bytes
+    return free is not None and size is not None and free < min(LOW_BYTES, LOW_SHARE * size)
 
 
 class HostCheck(SubjectCheck):

@@ -11,13 +11,14 @@ from typing import Any
 
 from launcher.base.text import several
 from launcher.control.active_runs import LAUNCH_SUFFIXES, ListedRun, all_runs, find_run
+from launcher.faults.history import database
+from launcher.faults.history.database import HistoryError
 from launcher.faults.incident.document import IncidentError
 from launcher.output.logs import old_runs
 from launcher.output.logs.run_directory import EVENTS, current_root
 from launcher.posix import socket_directory
 from launcher.posix.socket_directory import ControlError
 
-HISTORY = "faults.sqlite"  # beside the folders of runs
 Report = Callable[[str], None]
 
 
@@ -121,7 +122,7 @@ def _known(path: str) -> RunFolder:
         (one for one in _history(os.path.dirname(path)) if one["log_dir"] == path), {}
     )
     run = {"id": row.get("id"), "target": row.get("target"), "started_wall_s": row.get("started_s")}
-    versions = {key: row.get(key) for key in ("launcher", "version", "git")}
+    versions = {key: row.get(key) for key in ("launcher", "git")}
     versions["hash"] = row.get("files_hash")
     return RunFolder(
         path,
@@ -132,13 +133,13 @@ def _known(path: str) -> RunFolder:
 
 def _history(root: str) -> list[dict[str, Any]]:
     """The table `runs`; empty where there is none, or it cannot be read."""
-    path = os.path.join(root, HISTORY)
+    path = database.path_in(root)
     if not os.path.isfile(path):
         return []
     try:
-        with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as base:
-            base.row_factory = sqlite3.Row
-            rows = [dict(row) for row in base.execute("SELECT * FROM runs ORDER BY started_s")]
-    except sqlite3.Error:
+        with contextlib.closing(database.open_to_read(path)) as opened:
+            opened.row_factory = sqlite3.Row
+            rows = [dict(row) for row in opened.execute("SELECT * FROM runs ORDER BY started_s")]
+    except (sqlite3.Error, HistoryError):
         return []
     return [row for row in rows if isinstance(row.get("log_dir"), str)]

@@ -14,7 +14,7 @@ from launcher.base.model.run_events import SnapshotWritten
 from launcher.faults.causes.grouping import Incident
 from launcher.faults.watcher.machine_facts import MachineSample
 from launcher.faults.watcher.story import KEEP_S, Arrivals, Story
-from launcher.smoke.observe.facts import ProcessEvent
+from launcher.smoke.observe.facts import LogLine, ProcessEvent
 
 FOLDER = "incidents"
 FORMAT = 1
@@ -95,7 +95,6 @@ class IncidentFiles:
 
     def document(self, incident: Incident, story: Story) -> dict[str, Any]:
         wall, (from_s, to_s) = self._wall_of, _span(incident, story)
-        topics = {name for fault in incident.faults for name in fault.finding.topics}
         processes = {name for fault in incident.faults for name in fault.finding.processes}
         expected = {
             topic: fault.origin.expected
@@ -120,20 +119,16 @@ class IncidentFiles:
                 "after": story.document or None,
             },
             "topics": {
-                topic: _traffic(topic, story, expected.get(topic), from_s, wall)
-                for topic in sorted(topics)
+                topic: _traffic(topic, story, expected[topic], from_s, wall)
+                for topic in sorted(expected)
             },
             "processes": {
                 name: {"samples": _samples(name, story, from_s, wall)} for name in sorted(processes)
             },
             "machine": _machine([one for one in story.machine if one.at_s >= from_s], wall),
-            "lines": [
-                {"wall_s": wall(line.at_s), "process": line.process, "text": line.text}
-                for line in story.lines
-                if from_s <= line.at_s <= to_s
-            ][-MOST_LINES:],
+            "lines": _lines([one for one in story.lines if from_s <= one.at_s <= to_s], wall),
             "events": [_event(one, wall) for one in events if not one.event.is_sample],
-            "snapshot": _snapshot(events),
+            "snapshot": _snapshot(one for one in events if one.at_s >= incident.opened_s),
         }
 
 
@@ -155,7 +150,7 @@ def _span(incident: Incident, story: Story) -> tuple[float, float]:
 
 
 def _traffic(
-    topic: str, story: Story, expected: str | None, from_s: float, wall: WallOf
+    topic: str, story: Story, expected: str, from_s: float, wall: WallOf
 ) -> dict[str, Any]:
     arrivals = story.arrivals.get(topic, Arrivals())
     times = [round(wall(at_s), 4) for at_s in arrivals.received if at_s >= from_s]
@@ -187,6 +182,14 @@ def _machine(samples: Sequence[MachineSample], wall: WallOf) -> list[list[Any]]:
             round(one.clock_s - samples[0].clock_s, 3),
         ]
         for one in samples
+    ]
+
+
+def _lines(lines: Sequence[LogLine], wall: WallOf) -> list[dict[str, Any]]:
+    """The last ones."""
+    return [
+        {"wall_s": wall(line.at_s), "process": line.process, "text": line.text}
+        for line in lines[-MOST_LINES:]
     ]
 
 

@@ -23,11 +23,12 @@ KEEP_SAMPLES = 300  # of one process, a second each
 KEEP_GRAPHS = 20
 KEEP_PUBLISHERS = 60  # graphs of which only the publishers are kept
 BLIND_S = 5.0  # a new probe discovers the graph meanwhile
-KEEP_MACHINE = 1200  # ten a second... at most
+KEEP_MACHINE = 1200  # two in a second
 KEEP_TRANSITS = 50  # messages
 OTHER_CLOCK_S = 0.5  # no message takes so long from one host to another, unless clocks differ
 LAST_LINES = 5
 CLOCKS_DIFFER_S = 1.0  # a message is not on its way for longer
+CLOCK_STEP_S = 0.1
 
 Row = Mapping[str, Any]
 
@@ -323,6 +324,3 @@ class Story:
         """The mean since then, 0 to 1; None where the kernel does not say."""
         found = [s.pressure[resource] for s in self.machine if s.at_s >= since_s and s.pressure]
         return sum(found) / len(found) if found else None
-
-
-CLOCK_STEP_S = 0.1

@@ -22,9 +22,13 @@ def duration_text(value_s: float) -> str:
 
 
 def _gap_text(expectation: Expectation) -> str:
-    what = f"{expectation.subject}{condition_text(expectation)}"
+    return _limit_text("gaps", "are", expectation)
+
+
+def _limit_text(what: str, verb: str, expectation: Expectation) -> str:
+    messages = f"{expectation.subject}{condition_text(expectation)}"
     below = duration_text(expectation.get("below"))
-    return f"gaps of {what} are below {below}{times_text(expectation)}"
+    return f"{what} of {messages} {verb} below {below}{times_text(expectation)}"
 
 
 @with_window(_gap_text)
@@ -65,9 +69,7 @@ def _pause_text(pause: Pause) -> str:
 
 
 def _latency_text(expectation: Expectation) -> str:
-    what = f"{expectation.subject}{condition_text(expectation)}"
-    below = duration_text(expectation.get("below"))
-    return f"latency of {what} is below {below}{times_text(expectation)}"
+    return _limit_text("latency", "is", expectation)
 
 
 @with_window(_latency_text)

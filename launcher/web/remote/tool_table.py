@@ -26,7 +26,7 @@ _USUAL_ITEMS = 100
 LIMIT = "limit"
 
 _SCREEN = "changes what the screen of the run shows, which a program does not see"
-_SHELL_ONLY = "starts something of its own, or writes files, and is for a shell"
+_SHELL_ONLY = "starts programs or writes files: it is for a shell"
 _ROS = "one of many commands about ROS, for a shell; `graph` has nodes, topics and services"
 _REASONS = {
     _SCREEN: "mute unmute solo level grep show format",

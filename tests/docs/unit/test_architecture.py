@@ -148,6 +148,16 @@ def test_modules_import_only_what_their_room_may_import():
     assert wrong == []
 
 
+def test_faults_are_explained_without_what_is_injected():
+    folder = REPOSITORY / "launcher" / "faults"
+    paths = [
+        path for name in ("causes", "checks", "watcher") for path in folder.glob(f"{name}/*.py")
+    ]
+
+    assert len(paths) > 15
+    assert [path.name for path in paths if "inject" in path.read_text(encoding="utf-8")] == []
+
+
 def test_packages_that_cost_much_stay_in_their_rooms():
     wrong = [
         f"{module} -> {name}"

@@ -20,7 +20,7 @@ SERVICE = "rq/pump/get_parametersRequest"
 
 
 class SilentObserver:
-    """An observer that knows a node with a service, and that nothing changes for."""
+    """An observer that has found a node with a service; nothing changes any more."""
 
     node = SimpleNamespace(get_publishers_info_by_topic=lambda _: [])
     is_introduced = True
@@ -54,7 +54,7 @@ class SilentObserver:
 
 
 class ArrivingServices(SilentObserver):
-    """It knows one service more whenever it is asked."""
+    """It has one service more whenever it is asked."""
 
     def dds_topics(self) -> set[str]:
         super().dds_topics()

@@ -24,26 +24,13 @@ def environment() -> Iterator[dict[str, str]]:
 
 
 @pytest.fixture
-def cat(tmp_path: Path) -> Path:
-    """A launch file with a process that says what is written to it."""
-    path = tmp_path / "cat.launch.py"
-    path.write_text(
-        "from launch import LaunchDescription\n"
-        "from launch.actions import ExecuteProcess\n\n\n"
-        "def generate_launch_description():\n"
-        "    return LaunchDescription([ExecuteProcess(cmd=['cat'], name='cat', output='screen')])\n"
-    )
-    return path
-
-
-@pytest.fixture
-def start(tmp_path: Path, environment: dict[str, str], cat: Path) -> Iterator[StartRun]:
+def start(tmp_path: Path, environment: dict[str, str], sleeper: Path) -> Iterator[StartRun]:
     """`start()`: a run that listens; it ends with the test."""
     with contextlib.ExitStack() as stack:
 
         def begin() -> ControlledRun:
             run = ControlledRun(
-                [sys.executable, "-m", "launcher", str(cat), "--no-console"],
+                [sys.executable, "-m", "launcher", str(sleeper), "--no-console"],
                 env=environment,
                 runtime=Path(environment["XDG_RUNTIME_DIR"]),
                 screen=tmp_path / f"screen-{len(list(tmp_path.glob('screen-*')))}",
