@@ -87,6 +87,9 @@ class FaultWatch(Part):
             return
         if "note" in report:
             self.run.log.warn(f"watching: {report['note']}")
+        elif "mistake" in report:
+            self._process.give_up()
+            self.run.log.warn(f"the run is not watched:\n{report['mistake']}")
         elif "left" in report:
             self.left = report["left"]
         elif "names" in report:

@@ -41,7 +41,7 @@ def main() -> None:
     try:
         Watching(settings, requests, say).run()
     except LauncherError as error:
-        say(note=error.message)
+        say(mistake=error.render())
 
 
 if __name__ == "__main__":
