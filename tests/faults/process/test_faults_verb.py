@@ -95,3 +95,13 @@ def test_a_run_that_is_not_watched_is_an_error_with_a_hint(run: ControlledRun):
         "error: this run is not watched\n"
         "hint: start the run with --watchful, or with --expect FILE\n"
     )
+
+
+def test_all_mistakes_in_the_file_beside_are_shown_once(control_bench: ControlBench):
+    file = control_bench.folder / "bench.expect.yaml"
+    file.write_text("expect:\n  - clean_shutdown: true\n  - rat: /x\n")
+    with control_bench.launch('sh("exec cat", name="cat")', "--watchful") as run:
+        wait_until(lambda: "the run continues without it" in run.screen, "the end of the watcher")
+        assert run.screen.count("the run is not watched:\n") == 1
+        assert f"{file}:2: invalid time" in run.screen and "did you mean 'rate'?" in run.screen
+        assert run.ask("faults")["watching"] is False
