@@ -121,7 +121,9 @@ def _belongs(fault: Fault, cause: Cause | None, incident: Incident, story: Story
         return True
     if any(MACHINE in one.about and one.rule == "clock step" for one in known):
         return cause is None or cause.is_weak
-    if cause is not None and cause.rule in DERIVED and cause.about & incident.about():
+    # A death does not follow from what was wrong with the process before.
+    derived = {name for one in known if one.rule in DERIVED for name in one.about}
+    if cause is not None and cause.rule in DERIVED and cause.about & derived:
         return True
     return (cause is None or cause.is_weak) and _depends(fault, incident, story)
 

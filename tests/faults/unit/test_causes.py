@@ -12,7 +12,7 @@ from launcher.faults.watcher.incident_files import IncidentFiles, first_number
 from launcher.ros.snapshot.ros_graph import Endpoint
 from tests.faults.unit.test_implied_checks import MISMATCH
 from tests.faults.unit.watched import LISTENER, PAIR, TALKER, WatchedRun, row
-from tests.smoke.unit.facts import subscription
+from tests.smoke.unit.facts import publisher, subscription
 
 RATE = "rate: /t, is: 9 to 11 Hz"
 
@@ -224,6 +224,17 @@ def test_what_follows_from_a_death_is_one_incident():
     }
     assert {f.follows for f in run.incidents[0].faults} == {None, root.id}
     assert run.incidents[0].title == "talker-1 died (SIGKILL)"
+
+
+def test_a_death_does_not_follow_from_what_was_wrong_before():
+    run = talking(publisher("/q"), subscription("/q"))
+    run.graph(*PAIR, mismatches=[{**MISMATCH, "topic": "/q"}])
+    run.wait(2, hz=10)
+    died(run)
+    run.wait(4)
+
+    assert [one.root.id for one in run.incidents] == ["QoS: /q", "no deaths: talker-1"]
+    assert run.fault("rate /t").follows == "no deaths: talker-1"
 
 
 def test_what_has_nothing_to_do_with_it_is_another_incident():
