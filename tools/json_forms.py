@@ -27,7 +27,7 @@ _PROCESS = (
     "name, label, state, pid, restarts, uptime_s, cpu_percent, uss_bytes, rss_bytes, threads, fds, "
     "node_names[], namespace, muted, hidden_by, muted_by_name, hidden_lines, level, grep, paused, "
     f"debugger, start, not_responding_s, {_EXIT}, host?, unit?, stop_after_s?, unreachable_s?, "
-    "ready?, ready_s?, waiting_for?, lacks?, faults?[], injected?[]"
+    "host_silent_s?, ready?, ready_s?, waiting_for?, lacks?, faults?[], injected?[]"
 )
 _INFO = (
     "cmd[], cwd, shell, start_text, package, executable, env{}, env_set{}, env_unset[], "

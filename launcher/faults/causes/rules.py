@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 from launcher.base.document.quantities import seconds_text
 from launcher.base.model.run_event import RunEvent, exit_text
-from launcher.base.model.run_events import Asked, Ended, NotStarted, Started
+from launcher.base.model.run_events import Asked, Ended, LinkChanged, NotStarted, Started
 from launcher.base.text import several
 from launcher.faults.causes.cause import MACHINE, Cause
 from launcher.faults.checks.implied import is_full, mismatch_text, suspension_text
@@ -91,6 +91,23 @@ def lost_link(fault: Fault, story: Story) -> Cause | None:
                 at_s=story.rows_s - silent_s,
                 about=frozenset({host}),
             )
+    return _stopped_without_link(fault, story)
+
+
+def _stopped_without_link(fault: Fault, story: Story) -> Cause | None:
+    """A host stops its processes if the link is down for long (`on_link_loss`)."""
+    for name in fault.finding.processes:
+        row, ended = story.row(name), story.last(Ended, name)
+        if row is None or is_here(row) or row["pid"] is not None or ended is None:
+            continue
+        host = str(row["host"])
+        changes = [one for one in story.of(LinkChanged) if one.event.host == host]
+        before = [one for one in changes if one.at_s < ended.at_s]
+        is_cut_off = bool(before) and before[-1].event.state == "unreachable"
+        if ended.event.asked and is_cut_off and not story.of(Asked, name, before[-1].at_s):
+            text = f"host {host} has stopped {name} while the link was down"
+            about = frozenset({host})
+            return Cause(rule="lost link", text=text, at_s=ended.at_s, about=about)
     return None
 
 

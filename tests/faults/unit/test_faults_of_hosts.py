@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from launcher.base.model.run_events import LinkChanged
+from launcher.base.model.run_events import Ended, LinkChanged
 from launcher.faults.causes.rules import cause_of
 from launcher.faults.checks.check import Check, Found
 from launcher.faults.checks.implied import HostCheck, SuspensionCheck
@@ -107,6 +107,25 @@ def test_a_death_that_is_reported_is_not_explained_by_the_link():
     fault.life.violated(100.0)
     cause = cause_of(fault, run.story)
     assert cause is None or cause.rule != "lost link"
+
+
+def test_a_process_that_its_host_has_stopped_without_the_link_is_missing_for_that():
+    story = Story()
+    story.take_rows([{**row("a-1", 77, "bot"), "pid": None, "state": "STOPPED"}], 30.0)
+    ended = Ended(pid=77, returncode=0, asked=True, restart_in_s=None)
+    events = (
+        link(10.0, "unreachable"),
+        ProcessEvent(at_s=18.0, event=ended, process="a-1", host="bot"),
+        link(25.0, "ready"),
+    )
+    story.take(Facts(now_s=31.0, events=events))
+    origin = FaultOrigin(fault="x", expectation="x", kind="node", expected="")
+    finding = Finding(seen="it is not there", processes=("a-1",), guess="it has ended")
+    fault = Fault.of(origin, RateCheck.debounce, finding)
+    fault.life.violated(31.0)
+    cause = cause_of(fault, story)
+    assert cause is not None
+    assert cause.text == "host bot has stopped a-1 while the link was down"
 
 
 @pytest.mark.parametrize("ahead_s", [-30.0, -2.0, 0.0, 2.0, 30.0])
