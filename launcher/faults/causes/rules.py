@@ -8,6 +8,7 @@ cause was: lines, events and messages arrive by different ways.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from launcher.base.document.quantities import seconds_text
 from launcher.base.model.run_event import RunEvent, exit_text
@@ -191,13 +192,12 @@ def suspension(fault: Fault, story: Story) -> Cause | None:
         if row is None or row["pid"] is None or not is_here(row):
             continue
         if text := suspension_text(story, row["pid"]):
-            rule = "suspension" if story.stops.is_stopped(row["pid"]) else "slow process"
-            return Cause(
-                rule=rule,
-                text=f"{name} {text}",
-                at_s=fault.life.first_s,
-                about=frozenset({name}),
+            about = frozenset({name})
+            cause = Cause(
+                rule="slow process", text=f"{name} {text}", at_s=fault.life.first_s, about=about
             )
+            is_stopped = story.stops.is_stopped(row["pid"])
+            return replace(cause, rule="suspension") if is_stopped else cause
     return None
 
 

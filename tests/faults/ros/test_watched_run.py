@@ -105,6 +105,11 @@ def test_processes_without_ros_and_the_end_of_the_run(control_bench: ControlBenc
         assert incident["faults"][0]["fault"] == "no deaths: patient-2"
 
 
+def confirmed(run: ControlledRun) -> list[str]:
+    """The faults in the event log, which is written a moment later."""
+    return [one["fault"] for one in log_of(run) if one["event"] == "fault"]
+
+
 @pytest.mark.thorough
 def test_nodes_of_ros_and_the_death_of_the_probe(control_bench: ControlBench, tmp_path: Path):
     expect = tmp_path / "fleet.expect.yaml"
@@ -123,7 +128,7 @@ def test_nodes_of_ros_and_the_death_of_the_probe(control_bench: ControlBench, tm
         died = wait_for_fault(run, "no deaths: talker-1")
         silent = wait_for_fault(run, "steady")
         assert silent["follows"] == "no deaths: talker-1" and silent["incident"] == died["incident"]
-        assert [one["fault"] for one in log_of(run) if one["event"] == "fault"].count("steady") == 1
+        wait_until(lambda: confirmed(run).count("steady") == 1, "its entry in the event log")
         run.ask("restart", "talker")
         wait_for_fault(run, "steady", "healed")
         os.kill(run.row("talker")["pid"], signal.SIGSTOP)

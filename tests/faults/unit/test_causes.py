@@ -103,7 +103,7 @@ def listener_busy(run: WatchedRun) -> None:
         run.rows(TALKER, {**LISTENER, "cpu_percent": 99.0})
 
 
-def starved(run: WatchedRun, *, talker: float = 0.4, pressure: float = 0.9) -> None:
+def starved(run: WatchedRun, *, talker: float = 0.6, pressure: float = 0.9) -> None:
     run.story.delays.share = lambda pid: talker if pid == 11 else 0.0  # type: ignore[method-assign]
     for number in range(-20, 40):
         run.machine(run.now_s + number / 2, pressure={"cpu": pressure})
@@ -111,6 +111,11 @@ def starved(run: WatchedRun, *, talker: float = 0.4, pressure: float = 0.9) -> N
 
 def others_starved(run: WatchedRun) -> None:
     starved(run, talker=0.0)
+
+
+def starved_too_little(run: WatchedRun) -> None:
+    """It has waited, and not for as long as nothing came."""
+    starved(run, talker=0.3)
 
 
 def hardly_starved(run: WatchedRun) -> None:
@@ -138,6 +143,7 @@ def hardly_starved(run: WatchedRun) -> None:
         (listener_busy, "publisher", "talker-1 runs, and"),
         (starved, "starvation", "programs wait for a processor 90% of the time"),
         (others_starved, "publisher", "talker-1 runs, and"),
+        (starved_too_little, "publisher", "talker-1 runs, and"),
         (hardly_starved, "publisher", "talker-1 runs, and"),
     ],
 )

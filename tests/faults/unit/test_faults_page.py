@@ -27,7 +27,8 @@ def test_the_causes_are_the_rules_in_their_order():
 
 def test_the_implied_faults_are_in_the_table():
     source = inspect.getsource(implied)
-    kinds = {*re.findall(r'origin\("([^"]+)"', source), *re.findall(r'fault="([^"]+)"', source)}
+    patterns = (r'origin\("([^"]+)"', r'fault="([^"]+)"', r'kind, expected = "([^"]+)"')
+    kinds = {kind for pattern in patterns for kind in re.findall(pattern, source)}
     table = PAGE.partition("| fault | when |")[2].partition("\n\n")[0]
 
     assert {*re.findall(r"^\| `([^:`]+)", table, re.M)} == kinds
