@@ -152,7 +152,7 @@ class DoubleCheck(SubjectCheck):
             for node in document["nodes"]
             if node.get("count", 1) > 1 and not is_hidden(node["name"])
         }
-        return {name: _double(story, name) for name in double if _participants(story, name) != 1}
+        return {name: _double(story, name) for name in double if _participants(story, name) > 1}
 
 
 def _double(story: Story, name: str) -> Finding:

@@ -272,7 +272,8 @@ class Story:
 
     def last_lines(self, processes: Iterable[str]) -> tuple[str, ...]:
         """The last lines of these, in order of time."""
-        found = [line for name in processes for line in self._last_lines.get(name, ())]
+        names = dict.fromkeys(processes)
+        found = [line for name in names for line in self._last_lines.get(name, ())]
         found.sort(key=lambda line: line.at_s)
         return tuple(f"[{line.process}] {line.plain}" for line in found[-2 * LAST_LINES :])
 

@@ -146,6 +146,7 @@ class GraphWatcher:
         self._exited = self._now_exited()
         gone = frozenset(e.gid for e in found if participant_of(e.gid) in self._exited)
         running = {e.node for e in found if e.gid not in gone}
+        nodes = without_exited(nodes, (e for e in found if e.gid in gone))
         self._count_participants()
         self._taken_complete = self._complete
         self._check_s = time.monotonic() + _CHECK_PERIOD_S
@@ -200,6 +201,22 @@ class GraphWatcher:
             reannounce_to_silent(self._observer)
         here = participants_by_domain()[self._observer.domain_id]
         self._complete = here <= len(self._observer.participants())
+
+
+def without_exited(nodes: Iterable[str], gone: Iterable[Endpoint]) -> tuple[str, ...]:
+    """The nodes, of which one that was started again is listed once; `gone` are of exited ones.
+
+    DDS lists a node whose process was killed for 20 s more; alone, it stays, as a ghost.
+    """
+    exited: dict[str, set[str]] = defaultdict(set)
+    for endpoint in gone:
+        exited[endpoint.node].add(participant_of(endpoint.gid))
+    counts = Counter(nodes)
+    return tuple(
+        name
+        for name, count in sorted(counts.items())
+        for _ in range(max(1, count - len(exited[name])))
+    )
 
 
 def _pids(

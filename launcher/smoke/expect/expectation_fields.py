@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from launcher.base.document.fields import FieldError, FieldType, nested
 from launcher.base.document.quantities import DURATION_PATTERN, parse_duration, quantity
-from launcher.smoke.expect.message_conditions import STEP, Conditions, Expression, compile_regex
+from launcher.smoke.expect.message_conditions import (
+    STEP,
+    Conditions,
+    Expression,
+    check_limits,
+    compile_regex,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,6 +107,16 @@ _LIMITS = {
 }
 
 _PATH = {"type": "string", "minLength": 1}
+
+
+def _wanted(value: object) -> object:
+    """A value, several of which one is wanted, or limits."""
+    if isinstance(value, Mapping):
+        check_limits("is", value)
+    return value
+
+
+WANTED = FieldType(_wanted, {"anyOf": [{"not": {"type": "object"}}, _LIMITS]})
 PATHS = FieldType(_paths, {"anyOf": [_PATH, {"type": "array", "items": _PATH, "minItems": 1}]})
 NUMBER = FieldType(_number, {"type": "string"})
 REGEX = FieldType(compile_regex, {"type": "string"})

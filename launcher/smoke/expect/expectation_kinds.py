@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from launcher.base.document.fields import (
-    ANYTHING,
     FLAG,
     MAPPING,
     Field,
@@ -36,6 +35,7 @@ from launcher.smoke.expect.expectation_fields import (
     NUMBER,
     PATHS,
     REGEX,
+    WANTED,
     name,
     regexes,
     type_name,
@@ -312,7 +312,7 @@ KINDS = (
         "A parameter has a value.",
         (
             Field("node", name("node"), "full name of the node", required=True),
-            Field("is", ANYTHING, "value, values or limits", required=True),
+            Field("is", WANTED, "value, values or limits", required=True),
         ),
         WITHIN_10_S,
         needs_ros=True,

@@ -201,7 +201,7 @@ class Conditions:
             raise ValueError("expected a mapping of fields to values, as in {status: done}")
         for path, wanted in value.items():
             if isinstance(wanted, Mapping):
-                _check_limits(str(path), wanted)
+                check_limits(str(path), wanted)
         return Conditions(tuple((str(path), wanted) for path, wanted in value.items()))
 
     def holds(self, content: object) -> tuple[bool, str | None]:
@@ -225,7 +225,8 @@ _MISSING = object()
 _LIMITS = ("min", "max", "matches", "not")
 
 
-def _check_limits(path: str, limits: Mapping[Any, Any]) -> None:
+def check_limits(path: str, limits: Mapping[Any, Any]) -> None:
+    """ValueError for one that there is not, or that is no limit."""
     for name, limit in limits.items():
         if name not in _LIMITS:
             hint = did_you_mean(str(name), _LIMITS) or f"known: {', '.join(_LIMITS)}"
