@@ -277,6 +277,7 @@ def starvation(fault: Fault, story: Story) -> Cause | None:
         text=f"programs wait for a processor {share:.0%} of the time{_busiest(story)}",
         at_s=fault.life.first_s,
         about=frozenset({MACHINE}),
+        is_weak=not any(map(is_here, rows)),
     )
 
 

@@ -128,6 +128,26 @@ def test_a_process_that_its_host_has_stopped_without_the_link_is_missing_for_tha
     assert cause.text == "host bot has stopped a-1 while the link was down"
 
 
+def test_a_busy_machine_explains_what_is_late_elsewhere_unless_the_host_turns_out_to_be_silent(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    run = FaultsOfHosts()
+    run.story.observer = 5
+    monkeypatch.setattr(run.story, "pressure", lambda resource, since_s: 0.9)
+    monkeypatch.setattr(run.story.delays, "share", lambda pid: {5: 0.5}.get(pid))
+    run.story.take_rows([row("a-1", 77, "bot", 0.9)], 100.0)
+    run.look(100.0, silent="a-1")
+    run.story.take_rows([row("a-1", 77, "bot", 1.9)], 101.0)
+    run.look(101.1, silent="a-1")
+    assert run.table.faults["rate"].rule == "lost link"
+    other = FaultsOfHosts()
+    other.story = run.story
+    other.story.take_rows([row("a-1", 77, "bot", 0.2)], 102.0)
+    for tenth in range(20):
+        other.look(103.0 + tenth / 10, silent="a-1")
+    assert other.table.faults["rate"].rule == "starvation"
+
+
 @pytest.mark.parametrize("ahead_s", [-30.0, -2.0, 0.0, 2.0, 30.0])
 def test_times_of_a_publisher_with_another_clock_are_those_of_this_machine(ahead_s: float):
     arrivals = Arrivals()
