@@ -33,6 +33,7 @@ from benchmarks.terminal import terminal
 from benchmarks.throughput import pipes, ptys
 from benchmarks.verb_costs import verbs
 from benchmarks.warm import discovery, hundred, saving, starts
+from benchmarks.watched.cost import watching
 from benchmarks.watched.trials import injected_faults
 
 BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
@@ -89,6 +90,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "hosts-scale": hosts.scale,
     "hosts-units": hosts.units,
     "hosts-slow-link": hosts.slow_link,
+    "watching": watching,
     "faults": faults,
     "mutants": mutants,
 }
