@@ -15,6 +15,7 @@ from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
 from launcher.control.fault_texts import fault_line, is_gone, is_reported
 from launcher.faults.watch_options import settings_of
+from launcher.posix.reactor import Timer
 from launcher.run.helpers.client_process import ClientProcess
 from launcher.run.part import Part
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     Document = dict[str, Any]  # a fault; docs/reference/faults.md
 
 GOODBYE_S = 5.0  # to write the history and incidents to a slow disk
+SILENT_S = 30.0  # one that has written nothing for so long hangs: it has a line every 2 s
+CHECK_S = 5.0
 MODULE = "launcher.faults.watcher"
 _CHANGES = ("acknowledge", "mute", "unmute")
 
@@ -50,6 +53,9 @@ class FaultWatch(Part):
         self.listeners: list[Callable[[Document, str], object]] = []
         self._waiting: dict[int, Callable[[Document], None]] = {}
         self._ids = itertools.count(1)
+        self._heard_s = run.reactor.now()
+        self._hangs = False
+        self._timer: Timer | None = None
         self._process = ClientProcess(
             run,
             (MODULE, strict_json.packed(settings_of(run))),
@@ -62,10 +68,21 @@ class FaultWatch(Part):
 
     def begin(self) -> None:
         self._process.start()
+        self._timer = self.run.reactor.call_later(CHECK_S, self._check)
 
     @property
     def is_watching(self) -> bool:
-        return self._process.pid is not None
+        """Whether the watcher runs, and has written something lately."""
+        is_silent = self.run.reactor.now() - self._heard_s > SILENT_S
+        return self._process.pid is not None and not is_silent
+
+    def _check(self) -> None:
+        """Warn, once each time, of a watcher that does not go on."""
+        self._timer = self.run.reactor.call_later(CHECK_S, self._check)
+        hangs = self._process.pid is not None and not self.is_watching
+        if hangs and not self._hangs:
+            self.run.log.warn("the watcher does not respond: faults are not reported")
+        self._hangs = hangs
 
     def active(self) -> list[Document]:
         """The faults that were confirmed and are not healed, by their first time."""
@@ -79,6 +96,7 @@ class FaultWatch(Part):
     # ---- what the watcher reports
 
     def _heard(self, line: bytes) -> None:
+        self._heard_s = self.run.reactor.now()
         try:
             report = strict_json.unpacked(line)
         except ValueError:
@@ -157,6 +175,8 @@ class FaultWatch(Part):
         self._process.send(strict_json.packed({"do": "stop"}).encode())
 
     def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
         self._process.send(strict_json.packed({"do": "end"}).encode())
         self._process.close()
         self._fail("the run has ended")

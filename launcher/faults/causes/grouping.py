@@ -100,7 +100,9 @@ class Grouping:
         for one in incident.faults:
             one.incident, one.follows = incident.number, incident.root.id
         incident.root.follows = None
-        if cause is not None and cause.key not in [one.key for one in incident.causes]:
+        if cause is None or (cause.is_weak and fault is not incident.root):
+            return  # what it follows from is the cause of the incident
+        if cause.key not in [one.key for one in incident.causes]:
             incident.causes.append(cause)
 
     def closed(self, now_s: float) -> Iterable[Incident]:

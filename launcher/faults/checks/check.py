@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
+from launcher.base.text import did_you_mean, several
 from launcher.faults.model.fault import FaultOrigin, Finding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.expect.expectation_fields import Confirmation
+from launcher.smoke.observe.facts import label_of, matches
 
 GRACE_S = 15.0  # of a start, where the expectation names no time: discovery, and slow programs
 SETTLE_S = 5.0  # after a user has started, stopped or restarted a process
@@ -97,11 +99,23 @@ class ExpectationCheck(Check):
             self._has_held = True
         elif not self._has_held and (self.must_have_held or story.now_s < self.grace_s):
             return
+        elif finding.certain and self.expectation.get("confirm") is not None:
+            finding = replace(finding, certain=False)
         yield Found(self.origin, finding)
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
         """(whether that is known now, what is wrong)."""
         raise NotImplementedError
+
+
+def absence(pattern: str, story: Story) -> Finding | None:
+    """That no process of the run has such a name, as soon as there are any."""
+    names = [str(row["name"]) for row in story.rows]
+    is_there = any(matches(pattern, row["name"], tuple(row["node_names"])) for row in story.rows)
+    if is_there or not names:
+        return None
+    hint = did_you_mean(pattern, [label_of(name) for name in names])
+    return Finding(seen=f"no process is named {pattern}; {hint or f'there are: {several(names)}'}")
 
 
 def debounce_of(expectation: Expectation, usual: Debounce) -> Debounce:

@@ -107,7 +107,8 @@ def suspension_text(story: Story, pid: int) -> str:
     if story.stops.is_stopped(pid):
         return "is suspended (SIGSTOP)"
     share = story.stops.share(pid)
-    return f"is suspended again and again, {share:.0%} of the time" if share >= SLOWED else ""
+    is_slowed = share >= SLOWED and story.stops.alternates(pid)
+    return f"is suspended again and again, {share:.0%} of the time" if is_slowed else ""
 
 
 def _is_paused_by_user(story: Story, process: str) -> bool:
@@ -152,7 +153,11 @@ class DoubleCheck(SubjectCheck):
             for node in document["nodes"]
             if node.get("count", 1) > 1 and not is_hidden(node["name"])
         }
-        return {name: _double(story, name) for name in double if _participants(story, name) > 1}
+        return {
+            name: _double(story, name)
+            for name in double
+            if _participants(story, name) > 1 and story.process_of(name)
+        }
 
 
 def _double(story: Story, name: str) -> Finding:
@@ -162,7 +167,7 @@ def _double(story: Story, name: str) -> Finding:
         seen=f"there are several nodes {name}",
         nodes=(name,),
         processes=story.processes_of([name]),
-        topics=tuple(topic for topic in own if topic not in DEBUG_TOPICS),
+        topics=tuple(dict.fromkeys(topic for topic in own if topic not in DEBUG_TOPICS)),
     )
 
 
@@ -193,13 +198,15 @@ class QosCheck(SubjectCheck):
             if topic in self._but or topic in found:
                 continue
             nodes = tuple(dict.fromkeys([*one["publishers"], one["subscription"]]))
-            found[topic] = Finding(
-                seen=mismatch_text(one),
-                topics=(topic,),
-                nodes=nodes,
-                processes=story.processes_of(nodes),
-                settles=False,
-            )
+            processes = story.processes_of(nodes)
+            if processes:  # else it is between programs that are not of this run
+                found[topic] = Finding(
+                    seen=mismatch_text(one),
+                    topics=(topic,),
+                    nodes=nodes,
+                    processes=processes,
+                    settles=False,
+                )
         return found
 
 
@@ -246,7 +253,7 @@ class SidesCheck(SubjectCheck):
 
 
 def _one_sided(story: Story, topic: str, *, has_publisher: bool) -> Finding:
-    nodes = () if has_publisher else story.publishers(topic)
+    nodes = story.listeners(topic) if has_publisher else story.publishers(topic)
     return Finding(
         seen=f"{topic} has no {'subscription' if has_publisher else 'publisher'} any more",
         topics=(topic,),

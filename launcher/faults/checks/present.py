@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from launcher.faults.checks.check import ExpectationCheck
+from launcher.faults.checks.check import ExpectationCheck, absence
 from launcher.faults.model.fault import Finding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
 from launcher.smoke.judges import judge
-from launcher.smoke.observe.facts import Facts, QueryAnswer
+from launcher.smoke.observe.facts import Facts, QueryAnswer, matches
 
 _NEVER = re.compile("never; known nodes: .*")  # which may include it, if its process is gone
 STALE_S = 5.0  # an answer that is older says nothing of now
@@ -113,9 +113,9 @@ class ProcessCheck(ExpectationCheck):
         super().__init__(expectation, f"process {expectation.subject} runs")
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
-        from launcher.smoke.observe.facts import matches
-
         pattern = str(self.expectation.subject)
+        if (absent := absence(pattern, story)) is not None:
+            return True, absent
         rows = [r for r in story.rows if matches(pattern, r["name"], tuple(r["node_names"]))]
         if not rows:
             return False, None

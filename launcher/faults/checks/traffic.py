@@ -120,7 +120,9 @@ class GapCheck(TrafficCheck):
         self._last_s = times[-1] if times else last_s
         finding = self.silence(story, self._limit_s)
         if finding is not None:
-            return True, replace(finding, certain=finding.since_s is not None)
+            silent_s = None if self._last_s is None else story.now_s - self._last_s
+            is_certain = finding.since_s is not None
+            return True, replace(finding, certain=is_certain, value=silent_s, unit="s")
         longest_s = max((b - a for a, b in itertools.pairwise(times)), default=0.0)
         if longest_s <= self._limit_s:
             return True, None

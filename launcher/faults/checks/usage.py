@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 
-from launcher.faults.checks.check import ExpectationCheck
+from launcher.faults.checks.check import ExpectationCheck, absence
 from launcher.faults.model.fault import Finding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
@@ -22,6 +22,9 @@ class UsageCheck(ExpectationCheck):
     """Of each process that the pattern matches; the fault is about all of them."""
 
     debounce = Debounce(confirm_s=1.0, heal_s=5.0)
+
+    def absent(self, story: Story) -> Finding | None:
+        return absence(str(self.expectation.subject), story)
 
     def running(self, story: Story) -> list[str]:
         pattern = str(self.expectation.subject)
@@ -53,6 +56,8 @@ class CpuCheck(UsageCheck):
         super().__init__(expectation, f"CPU of {expectation.subject} below {', '.join(limits)}")
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
+        if (absent := self.absent(story)) is not None:
+            return True, absent
         is_known, worst, seen = False, "", ""
         most = 0.0
         for name in self.running(story):
@@ -86,6 +91,8 @@ class MemoryCheck(UsageCheck):
         super().__init__(expectation, f"memory of {expectation.subject} {' and '.join(limits)}")
 
     def judge(self, story: Story) -> tuple[bool, Finding | None]:
+        if (absent := self.absent(story)) is not None:
+            return True, absent
         for name in self.running(story):
             row = story.row(name)
             size = None if row is None else row["uss_bytes"]

@@ -4,9 +4,9 @@ SETTINGS is JSON (`WatchSettings`). It reads lines of JSON on stdin: `{"do": "ac
 "id", ...}` (or `mute`, `unmute`), `{"do": "stop"}` when the run begins to stop, and `{"do":
 "end"}`; the end of stdin without `end` is the death of the launcher. It writes lines to stdout:
 `{"fault": ..., "change": ...}` for each change, `{"left": [...]}`: what is left to smoke,
-`{"names": [...]}`: which faults there may be, `{"note": TEXT}` for the launcher's log, and
-`{"mistake": TEXT}` if the expectations cannot be read; the answer to a request has its `id`, and
-`error` if it is refused.
+`{"names": [...]}`: which faults there may be, `{"note": TEXT}` for the launcher's log,
+`{"mistake": TEXT}` if the expectations cannot be read, and `{"alive": true}` every two seconds; the
+answer to a request has its `id`, and `error` if it is refused.
 
 * `watching` has observations taken and judged, several times a second. `fault_table` is what comes
   of that: faults, their causes and incidents.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import time
 from collections import deque
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 
 _RESOURCES = ("cpu", "memory", "io")
 _LOOKS = 20  # of one process: two seconds
+_CHANGES = 3  # one suspension makes two
 _DELAY_LOOKS = 7  # three seconds
 STOPPED_STATES = "Tt"
 
@@ -105,6 +107,11 @@ class StopWatch:
         """From 0 (never) to 1 (at every look)."""
         looks = self._looks.get(pid)
         return sum(one is not None for one in looks) / len(looks) if looks else 0.0
+
+    def alternates(self, pid: int) -> bool:
+        """Whether it was suspended, and let run, more than once."""
+        looks = [one is not None for one in self._looks.get(pid, ())]
+        return sum(a is not b for a, b in itertools.pairwise(looks)) >= _CHANGES
 
     def is_stopped(self, pid: int) -> bool:
         """Whether it has not run between the last five looks, half a second."""

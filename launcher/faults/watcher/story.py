@@ -292,6 +292,16 @@ class Story:
         before = (node for one in reversed(self._published) for node in one.get(topic, ()))
         return tuple(dict.fromkeys([*now, *before]))
 
+    def listeners(self, topic: str) -> tuple[str, ...]:
+        """Nodes that subscribe to it, or have as far as is remembered, the last ones first."""
+        found = (
+            end["node"]
+            for _, document in reversed(self.graphs)
+            for end in document.get("endpoints", ())
+            if end["topic"] == topic and end["direction"] == "subscription"
+        )
+        return tuple(dict.fromkeys(found))
+
     def subscribers(self, topics: Iterable[str]) -> set[str]:
         """The nodes that subscribe to one of these."""
         wanted = set(topics)

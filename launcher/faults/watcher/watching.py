@@ -35,6 +35,7 @@ from launcher.smoke.preflight import loader
 TICK_S = 0.1  # processes that are suspended again and again are looked at so often
 LOOK_S = 0.2  # between two looks of the checks
 MACHINE_S = 0.5
+BEAT_S = 2.0  # so often, the launcher gets a line
 LINES = 100  # of before the watch began
 MAX_RATE = 500  # lines of one process in a second: more are counted only
 MANY_PIDS = 20  # more are looked at less often
@@ -82,7 +83,7 @@ class Watching:
         self._implied: list[Check] = []
         self._checks: list[Check] = []  # of the expectations
         self._is_over = False
-        self._look_s = self._machine_s = self._pids_s = 0.0
+        self._beat_s = self._look_s = self._machine_s = self._pids_s = 0.0
 
     # ---- beginning
 
@@ -180,6 +181,9 @@ class Watching:
 
     def _tick(self) -> None:
         story, now_s = self._story, self._observations.now_s
+        if now_s >= self._beat_s:
+            self._beat_s = now_s + BEAT_S
+            self._say(alive=True)
         self._take_states()
         pids = [r["pid"] for r in story.rows if r["pid"] is not None and is_here(r)]
         if now_s >= self._pids_s:
