@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from launcher.run.run import Run
 
 STRESS = "launcher.smoke.inject.stress"
+END_S = 2.0  # for a separate process that is to end; then it is killed
 
 Report = Callable[["str | None"], None]  # why it is not possible, or None
 
@@ -28,10 +29,12 @@ class Effect:
 
     `begin` calls `acts` right before the first thing that can be seen, and `done` when it is in
     force, or with what makes it impossible. `on_lost` is called with a reason if it ends by itself
-    later. `survives`: the exit of the process does not end it.
+    later. `survives`: the exit of the process does not end it. `counts_beginning`: its time counts
+    from `acts`, and not from `done`, which may come late: on a machine that has become slow by it.
     """
 
     survives = False
+    counts_beginning = False
 
     def __init__(self, run: Run, injection: Injection, process: Process | None) -> None:
         self.run = run
@@ -195,7 +198,7 @@ class HelperEffect(Effect):
 
     def end(self, done: Callable[[], None]) -> None:
         def undone() -> None:
-            self._answer("it was ended before")
+            self._answer("it was over before it was in force")
             done()
 
         self.undo(undone)
@@ -207,6 +210,11 @@ class HelperEffect(Effect):
         else:
             self._on_exit = done
             self._helper.close_input()
+            self.run.reactor.call_later(END_S, self._kill)
+
+    def _kill(self) -> None:
+        if self._helper is not None:
+            self._ended(self._helper.close(), "")
 
     def close(self) -> None:
         if self._helper is not None:
@@ -218,6 +226,8 @@ class StressEffect(HelperEffect):
     """A process that takes CPU, memory or disk; what it uses counts as that of the process."""
 
     program = STRESS
+    counts_beginning = True
+    _has_begun = False
 
     def request(self) -> dict[str, Any]:
         child = None if self.process is None else self.process.child
@@ -235,8 +245,11 @@ class StressEffect(HelperEffect):
             self.process.guests.add(self.pid)
 
     def heard(self, answer: dict[str, Any]) -> None:
-        self.acts()
-        self.in_force()
+        if not self._has_begun:
+            self._has_begun = True
+            self.acts()
+        if "ready" in answer:
+            self.in_force()
 
     def exited(self, code: int) -> None:
         if self.process is not None and self.pid is not None:

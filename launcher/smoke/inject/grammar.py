@@ -15,6 +15,7 @@ from launcher.base.document.quantities import (
     for_editors,
 )
 from launcher.base.model.record import Record, replace
+from launcher.smoke.inject.processors import excess, usable
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -91,6 +92,8 @@ def _delay_s(word: str) -> float:
 def _cores(word: str) -> int:
     if not re.fullmatch(r"[1-9][0-9]{0,3}", word):
         raise FieldError(f"'{word}' is not a number of cores")
+    if problem := excess(int(word), usable()):
+        raise FieldError(problem)
     return int(word)
 
 

@@ -12,6 +12,7 @@ from launcher.base.option import load
 from launcher.base.run_verb import BadCallError
 from launcher.run.part import Part
 from launcher.run.requests.process_selection import refuse_part
+from launcher.smoke.inject import processors
 from launcher.smoke.inject.effects import Effect
 from launcher.smoke.inject.grammar import (
     EXAMPLE,
@@ -127,6 +128,8 @@ class Injections(Part):
             raise BadCallError("stopping", "the run is being stopped")
         if kind == "disk" and self.run.log_dir is None:
             raise BadCallError("wrong-state", "this run has no log folder, whose disk is filled")
+        if kind == "cpu":
+            self._refuse_cores(injection)
         if process is None:
             return
         if process.child is None:
@@ -142,23 +145,39 @@ class Injections(Part):
                     hint = f"inject {process.name} --end"
                     raise BadCallError("wrong-state", text, hint)
 
+    def _refuse_cores(self, injection: Injection) -> None:
+        """Injections into several processes use the same processors."""
+        own = processors.usable()
+        cores = [one.injection.value("cores") or own for one in self._active if _is_cpu(one)]
+        total = sum(cores) + (injection.value("cores") or own)
+        if problem := processors.excess(total, own):
+            with_others = f"with the {sum(cores)} of others, " if cores else ""
+            raise BadCallError("wrong-state", f"cpu: {with_others}{problem}")
+
     def _acts(self, one: ActiveInjection) -> None:
         """It can be seen from now on."""
         one.began_s, one.began_wall_s = self.run.reactor.now(), time.time()
         event = InjectionBegan(one.injection.text, one.injection.for_s)
         self.run.log.log("INFO", _logger(one), event.text)
         self.run.log.note(event, one.process)
+        if one.effect.counts_beginning:
+            self._limit(one)
 
     def _begun(self, one: ActiveInjection, done: Answered, problem: str | None) -> None:
         if problem is not None:
             self._finish(one, one.why or f"it failed: {problem}")
         elif one.injection.for_s is None:
             self._active.remove(one)
-        elif not one.is_ending:
+        elif not one.is_ending and one.timer is None:
+            self._limit(one)
+        done(problem)
+
+    def _limit(self, one: ActiveInjection) -> None:
+        """Let its time begin now, if it lasts."""
+        if one.injection.for_s is not None:
             end = functools.partial(self.end, one, TIME_IS_OVER)
             one.until_s = self.run.reactor.now() + one.injection.for_s
             one.timer = self.run.reactor.call_later(one.injection.for_s, end)
-        done(problem)
 
     def _lost(self, one: ActiveInjection, reason: str) -> None:
         self._finish(one, f"it failed: {reason}")
@@ -228,6 +247,10 @@ class Injections(Part):
         row: dict[str, object] = {"injected": list(kinds.values())}
         # One that is slow is suspended for most of the time, and runs all the same.
         return {**row, "paused": False} if "slow" in kinds else row
+
+
+def _is_cpu(one: ActiveInjection) -> bool:
+    return one.injection.kind == "cpu"
 
 
 def _logger(one: ActiveInjection) -> str:

@@ -1,9 +1,10 @@
 """Takes time, CPU, memory or disk for as long as its standard input is open, at most `for_s`.
 
-One JSON object on standard input says what; on standard output it answers `{"ready": true}` when
-that is in force, or `{"error": TEXT}`. At its end everything is as before, and if it is killed,
-the kernel gives memory and disk back, its children end by themselves, and the launcher continues
-a process that is suspended.
+One JSON object on standard input says what; on standard output it answers `{"begins": true}` when
+that can be seen, unless it is in force at once, `{"ready": true}` when it is in force, or
+`{"error": TEXT}`. At its end everything is as before, and if it is killed, the kernel gives memory
+and disk back, its children end by themselves, and the launcher continues a process that is
+suspended.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import time
 from typing import Any
 
 from launcher.base import strict_json
+from launcher.smoke.inject.processors import excess
 
 SPARE_S = 0.5  # the launcher ends it; beyond that it ends itself
 # A process runs for so long at a time: long enough that switching costs little, and short enough
@@ -78,34 +80,52 @@ def slow(request: dict[str, Any], over: Input) -> None:
 
 
 def cpu(request: dict[str, Any], over: Input) -> None:
-    """Keep `cores` processors busy, where the process may run, and with its priority."""
+    """Keep `cores` processors busy, where the process may run, and with its priority.
+
+    RefusedError if these are too many for where it may run.
+    """
     pid = request["pid"]
     if pid is not None:
         with contextlib.suppress(OSError):
             os.sched_setaffinity(0, os.sched_getaffinity(pid))
             os.setpriority(os.PRIO_PROCESS, 0, os.getpriority(os.PRIO_PROCESS, pid))
-    cores = request.get("cores") or len(os.sched_getaffinity(0))
-    parent, burners = os.getpid(), []
+    available = len(os.sched_getaffinity(0))
+    cores = request.get("cores") or available
+    if problem := excess(cores, available):
+        raise RefusedError(f"cpu: {problem}")
+    begins()
+    burners: list[int] = []
+    # Until all are there they wait for the end of this pipe: those that burn already would leave
+    # less and less time to make the others.
+    waiting, begin = os.pipe()
     try:
-        for _ in range(cores):
-            burner = os.fork()
-            if not burner:
-                _burn(parent)
-            burners.append(burner)
-        ready()
-        while not over.is_over(1.0):
-            pass
+        while len(burners) < cores and not over.is_over():
+            burners.append(_burner(waiting, begin))
+        if len(burners) == cores:
+            ready()
+            os.close(begin)
+            while not over.is_over(1.0):
+                pass
     finally:
         for burner in burners:
             os.kill(burner, signal.SIGKILL)
+        for burner in burners:
             os.waitpid(burner, 0)
 
 
-def _burn(parent: int) -> None:
-    while os.getppid() == parent:
-        for _ in range(SPINS):
-            pass
-    os._exit(0)
+def _burner(waiting: int, begin: int) -> int:
+    """The id of a process that burns from the end of the pipe on, and ends with this one."""
+    parent, burner = os.getpid(), os.fork()
+    if burner:
+        return burner
+    try:
+        os.close(begin)
+        os.read(waiting, 1)
+        while os.getppid() == parent:
+            for _ in range(SPINS):
+                pass
+    finally:
+        os._exit(0)
 
 
 def memory(request: dict[str, Any], over: Input) -> None:
@@ -119,6 +139,7 @@ def memory(request: dict[str, Any], over: Input) -> None:
         used = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     except (OSError, ValueError, OverflowError) as error:
         raise RefusedError(f"cannot get {megabytes(size)}: {error}") from None
+    begins()
     content = b"\x01" * CHUNK_BYTES
     for begin in range(0, size, CHUNK_BYTES):
         used[begin : begin + CHUNK_BYTES] = content[: size - begin]
@@ -176,6 +197,7 @@ def disk(request: dict[str, Any], over: Input) -> None:
     if _file_system(os.fstat(descriptor).st_dev) in _IN_MEMORY:
         refuse_memory(max(0, _free(descriptor) - leave), f"{folder} is in memory")
     size = 0
+    begins()
     while not over.is_over():
         size = _grow(descriptor, size, leave, over)
         ready()
@@ -233,6 +255,11 @@ def megabytes(size: int) -> str:
 
 
 _is_ready = False
+
+
+def begins() -> None:
+    """Say that it can be seen from now on, although it is not yet in force."""
+    _say({"begins": True})
 
 
 def ready() -> None:

@@ -9,6 +9,7 @@ import psutil
 import pytest
 
 from launcher.control.client import RefusedError
+from launcher.smoke.inject import processors
 from tests.support.benches import ControlBench
 from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
@@ -43,7 +44,7 @@ def over(run: ControlledRun, what: str) -> dict[str, Any]:
 def helpers(run: ControlledRun) -> list[str]:
     """Command lines of processes that injections have started."""
     lines = [" ".join(one.cmdline()) for one in children(run)]
-    return [line for line in lines if "faults.inject" in line]
+    return [line for line in lines if "smoke.inject" in line]
 
 
 def children(run: ControlledRun) -> list[psutil.Process]:
@@ -88,6 +89,9 @@ def test_what_is_taken_counts_as_the_process_and_is_given_back(control_bench: Co
         assert len(helpers(run)) == 2  # and its burner
         with pytest.raises(RefusedError, match="would make the kernel kill processes"):
             run.ask("inject", "other", what="memory 9999G")
+        most = processors.MOST_PER_CORE * processors.usable()
+        with pytest.raises(RefusedError, match=f"cpu: with the 1 of others, {most + 1} are more"):
+            run.ask("inject", "other", what=f"cpu {most}")
         run.ask("quit")
         assert run.exit_code() == 0, run.screen
         assert "injection over: cpu 1 (the run is being stopped)" in run.screen
@@ -104,7 +108,7 @@ def test_what_a_user_does_meanwhile_counts(control_bench: ControlBench):
         run.ask("resume", "idle")
         assert over(run, "pause")["why"] == "it was resumed"
         run.ask("inject", "other", what="slow 2", for_s=1000.0)
-        (helper,) = (one for one in children(run) if "faults.inject" in " ".join(one.cmdline()))
+        (helper,) = (one for one in children(run) if "smoke.inject" in " ".join(one.cmdline()))
         helper.kill()
         assert "it failed" in over(run, "slow 2")["why"]
         wait_until(lambda: not run.row("other")["paused"], "that it runs on")
