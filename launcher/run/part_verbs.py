@@ -110,7 +110,7 @@ VERBS = (
             option(
                 "--for TIME",
                 "how long, such as 500ms or 2min (default: 5s)",
-                lazy("launcher.base.document.quantities:parse_duration"),
+                lazy("launcher.base.document.quantities:parse_positive_duration"),
                 name="for_s",
                 kind="seconds",
             ),

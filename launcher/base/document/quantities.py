@@ -134,6 +134,16 @@ DURATION = quantity(
     lambda match: float(match["number"]) * _TIME_FACTORS[match["unit"] or ""],
 )
 parse_duration = DURATION.parse
+
+
+def parse_positive_duration(value: object) -> float:
+    """Seconds; ValueError if it is no time, or none above 0 s."""
+    time_s: float = DURATION.parse(value)
+    if time_s <= 0.0:
+        raise ValueError("the time must be longer than 0 s")
+    return time_s
+
+
 WINDOW = quantity(
     "time",
     "8 s, or 5 to 8 s",

@@ -131,6 +131,8 @@ def test_mistakes_are_explained(control_bench: ControlBench):
             (("machine", "pause"), "pause is about a process"),
             (("idle", "kill", "--for", "3s"), "kill takes no time"),
             (("--end",), "nothing is injected"),
+            (("idle", "pause", "--for", "0"), "--for: the time must be longer than 0 s"),
+            (("machine", "cpu", "9999"), "for each processor that may be used"),
         ):
             assert says in run.shell("inject", *words).stderr
 
