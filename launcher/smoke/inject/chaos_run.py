@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 
 from launcher.base.run_verb import BadCallError
 from launcher.run.part import Part
@@ -77,13 +78,20 @@ class ChaosRun(Part):
     def _next(self) -> None:
         step = next(self._steps, None)
         if step is None:
-            self._log("the plan is over")
-            return
-        wait_s = self._began_s + step.at_s - self.run.reactor.now()
-        self._timer = self.run.reactor.call_later(max(0.0, wait_s), lambda: self._do(step))
+            self._at(self._plan.for_s or 0.0, lambda: self._log("the plan is over"))
+        else:
+            self._at(step.at_s, lambda: self._do(step))
+
+    def _at(self, at_s: float, call: Callable[[], None]) -> None:
+        """Call it so long after the start of the plan, or now if that has passed."""
+        wait_s = self._began_s + at_s - self.run.reactor.now()
+        self._timer = self.run.reactor.call_later(max(0.0, wait_s), call)
 
     def _do(self, step: PlannedInjection) -> None:
+        self._inject(step)
         self._next()
+
+    def _inject(self, step: PlannedInjection) -> None:
         process = None
         if step.name != MACHINE:
             found = {one.name: one for one in self._named(step.name)}

@@ -140,13 +140,14 @@ def test_mistakes_are_explained(control_bench: ControlBench):
 def test_a_plan_of_chaos_is_carried_out(control_bench: ControlBench):
     plan = control_bench.folder / "plan.yaml"
     plan.write_text(
-        "{seed: 3, every: 0.2 s, for: 0.5 s, injections: [{inject: idle pause, for: 0.1 s}]}"
+        "{seed: 3, every: 0.2 s, for: 0.4 s, injections: [{inject: idle pause, for: 0.1 s}]}"
     )
     with control_bench.launch(ACTIONS, "--chaos", str(plan)) as run:
         run.wait_for("chaos: the plan is over")
         wait_until(lambda: len(events(run, "injection ended")) == 2, "both")
         assert "chaos: seed 3: 0.2 s idle pause for 0.1 s, 0.4 s idle pause for 0.1 s" in run.screen
         assert not run.row("idle")["paused"]
+        assert "chaos: " not in run.screen.partition("the plan is over")[2]
     plan.write_text("{every: 1 s, injections: [{inject: idle puase}]}")
     with control_bench.launch(ACTIONS, "--chaos", str(plan)) as run:
         assert run.exit_code() == 2
