@@ -93,6 +93,20 @@ class FaultWatch(Part):
         """The same without those that are muted."""
         return [one for one in self.active() if is_reported(one)]
 
+    def is_root(self, fault: Document, quiet: tuple[str, ...] = ("muted",)) -> bool:
+        """Whether it follows from no other, or only from such as are `quiet` (fields of faults).
+
+        What is kept quiet must not hide what follows from it.
+        """
+        seen = {fault["fault"]}
+        while fault["follows"] is not None and fault["follows"] not in seen:
+            seen.add(fault["follows"])
+            root = self.faults.get(fault["follows"])
+            if root is None or not any(root[name] is not None for name in quiet):
+                return False
+            fault = root
+        return True
+
     # ---- what the watcher reports
 
     def _heard(self, line: bytes) -> None:
@@ -133,10 +147,11 @@ class FaultWatch(Part):
         """Lines and entries of the event log for what was confirmed, and for its end."""
         log, process = self.run.log, self._process_of(fault)
         if change == "confirmed":
+            follows = None if self.is_root(fault) else fault["follows"]
             event = FaultConfirmed(
-                fault["fault"], fault["seen"], fault["incident"], fault["cause"], fault["follows"]
+                fault["fault"], fault["seen"], fault["incident"], fault["cause"], follows
             )
-            log.log("WARNING" if fault["follows"] is None else "INFO", "launch", event.text)
+            log.log("WARNING" if follows is None else "INFO", "launch", event.text)
             log.note(event, process)
         elif change == "healed":
             active_s = round(fault["healed_s"] - fault["confirmed_s"], 1)

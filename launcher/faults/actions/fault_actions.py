@@ -103,7 +103,9 @@ class FaultActions(Part):
         is_quiet = fault["muted"] is not None or fault["acknowledged"] is not None
         if change not in WHEN or is_quiet or self.run.shutdown.has_begun:
             return
-        follows = fault["follows"] is not None
+        # Nothing is done for a root that is muted or acknowledged, so what follows is one.
+        watch = self.run.parts.find(FaultWatch)
+        follows = watch is None or not watch.is_root(fault, ("muted", "acknowledged"))
         for action in self.run.options.fault_actions:
             is_meant = action.when == change and action not in self._useless
             if is_meant and action.fits(fault["fault"], follows=follows):

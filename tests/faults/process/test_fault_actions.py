@@ -128,26 +128,30 @@ on:
   - {{fault: robot silnt, do: stop robot}}
   - {{fault: robot exits, do: stop robot}}
   - {{fault: other *, do: stop other}}
+  - {{fault: late *, do: {{run: "true"}}}}
 """,
     )
     with run.control:
         before = run.row("robot")["pid"]
         run.reports.write({"left": [{"expectation": "robot exits", "why": "at the end"}]})
-        run.reports.write({"names": ["robot silent", "other x"]})
+        run.reports.write({"names": ["robot silent", "other x", "late *"]})
         silent = fault("robot silent", cause="it hangs\0")
         run.report("confirmed", silent, fault("robot slow", follows="robot silent"))
         run.report("confirmed", fault("robot quiet", muted={"reason": "x", "until_s": None}))
+        run.report("confirmed", fault("robot seen", acknowledged={"wall_s": 1.0, "reason": "x"}))
+        run.report("confirmed", fault("late a", follows="robot quiet"))
+        run.report("confirmed", fault("late b", follows="robot seen"))
         run.report("updated", fault("other x"))
-        run.wait_for_actions(2)
+        run.wait_for_actions(4)
         run.report("healed", {**silent, "healed_s": silent["confirmed_s"], "state": "healed"})
         run.report("confirmed", fault("other x"))
-        taken = {one["action"]: one for one in run.wait_for_actions(5)}
+        taken = {one["action"]: one for one in run.wait_for_actions(7)}
         wait_until(lambda: run.row("other")["state"] == "STOPPED", "the stop of other")
         assert run.row("robot")["pid"] not in (before, None)
         run.control.ask("quit")
         run.control.exit_code()
 
-    assert len(run.taken()) == 5
+    assert len(run.taken()) == 7
     assert taken["stop othr"]["ok"] is False and "did you mean" in taken["stop othr"]["detail"]
     oks = {one["action"].partition(" ")[0] for one in taken.values() if one["ok"]}
     assert oks == {"restart", "run", "webhook", "stop"}
@@ -164,6 +168,8 @@ on:
     assert "'robot silnt' matches no fault (did you mean 'robot silent'?)" in screen
     assert "'robot exits' matches no fault: 'robot exits' is left to smoke" in screen
     assert screen.count(" matches no fault") == 2
+    assert "[WARNING] [launch]: fault 'late a': " in screen  # its root is muted,
+    assert "fault 'late b' follows from 'robot seen'" in screen  # and that of this one is not
 
 
 def test_without_a_control_socket_nothing_is_done_which_is_a_warning(bench: Bench):
