@@ -112,6 +112,11 @@ def test_what_a_user_does_meanwhile_counts(control_bench: ControlBench):
         helper.kill()
         assert "it failed" in over(run, "slow 2")["why"]
         wait_until(lambda: not run.row("other")["paused"], "that it runs on")
+        before = children(run)
+        run.ask("inject", "other", what="cpu 1", for_s=1000.0)
+        next(one for one in children(run) if "smoke.inject" in " ".join(one.cmdline())).suspend()
+        run.ask("inject", "other", end=True)  # it does not answer, and is killed
+        wait_until(lambda: children(run) == before, "the end of all that burn")
 
 
 def test_nothing_is_left_when_the_launcher_is_killed(control_bench: ControlBench):
