@@ -93,7 +93,7 @@ class FaultWatch(Part):
         """The same without those that are muted."""
         return [one for one in self.active() if is_reported(one)]
 
-    def is_root(self, fault: Document, quiet: tuple[str, ...] = ("muted",)) -> bool:
+    def is_root(self, fault: Mapping[str, Any], quiet: tuple[str, ...] = ("muted",)) -> bool:
         """Whether it follows from no other, or only from such as are `quiet` (fields of faults).
 
         What is kept quiet must not hide what follows from it.

@@ -313,8 +313,8 @@ ROWS = (
         ),
         delay_s=0.3,  # as what it listens to
     ),
-    PartRow(  # to warn that nothing is done
-        "launcher.faults.actions.fault_actions:FaultActions",
+    PartRow(
+        "launcher.faults.actions.fault_actions:UnwatchedActions",
         wanted=lambda run: run.options.fault_actions and not run.options.control,
         delay_s=0.3,
     ),

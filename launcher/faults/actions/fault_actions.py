@@ -38,6 +38,19 @@ _VARIABLES = {
 }
 
 
+class UnwatchedActions(Part):
+    """In a run without a control socket, which nothing can watch."""
+
+    def begin(self) -> None:
+        _warn_of_no_watch(self.run)
+
+
+def _warn_of_no_watch(run: Run) -> None:
+    hint = "start it with --watchful, or with --expect FILE"
+    where = run.options.fault_actions[0].where
+    run.log.warn(f"{where}: 'on' is not used: the run is not watched; {hint}")
+
+
 class FaultActions(Part):
     """Listens to the watch. Requests for processes are those of a user; programs are outside."""
 
@@ -68,10 +81,7 @@ class FaultActions(Part):
         """Warn of what can never be done in this run."""
         actions = self.run.options.fault_actions
         if actions and self.run.parts.find(FaultWatch) is None:
-            hint = "start it with --watchful, or with --expect FILE"
-            self.run.log.warn(
-                f"{actions[0].where}: 'on' is not used: the run is not watched; {hint}"
-            )
+            _warn_of_no_watch(self.run)
         lacks = {
             "snapshot": self.run.options.record is None and "the run is not recorded (--record)",
             "desktop": desktop.sender(self.run.env) is None
