@@ -133,7 +133,8 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
         ),
         _form(
             "faults",
-            f"faults[{_FAULT}], left_to_smoke[expectation, why], watching",
+            f"faults[{_FAULT}], mutes[fault, reason, until_s], "
+            "left_to_smoke[expectation, why], watching",
             f"faults[{_FAULT}]",
             note="[faults](faults.md); with `--acknowledge`, `--mute`, `--unmute` only the fault",
         ),

@@ -19,6 +19,8 @@ _TIMES = {"suspected": "first_s", "confirmed": "confirmed_s", "healed": "healed_
 _PRESENT, _UPDATED, _FORGOTTEN = "present", "updated", "forgotten"
 # What an update must have changed to be a line: measured values change all the time.
 _WORTH_A_LINE = ("state", "cause", "follows", "acknowledged", "muted")
+NO_FAULT = "no fault"
+NOT_WATCHING = "the watcher is not running: faults of now are not known"
 _ORDER = {"active": 0, "suspected": 1, "healed": 2}
 
 
@@ -106,6 +108,30 @@ class FaultLines:
         before = self._shown.get(item["fault"])
         now = self._shown[item["fault"]] = tuple(item[name] for name in _WORTH_A_LINE)
         return None if before == now and item["change"] == _UPDATED else fault_line(item)
+
+
+def mute_lines(mutes: Iterable[Mapping[str, Any]], faults: Iterable[Fault]) -> list[str]:
+    """A line for each mute in force of what is not active: nothing else shows it."""
+    shown = {fault["fault"] for fault in faults if fault["state"] == "active"}
+    return [
+        escape(f"muted: {one['fault']}{_mute_text(one)}", keep="")
+        for one in mutes
+        if one["fault"] not in shown
+    ]
+
+
+def _mute_text(mute: Mapping[str, Any]) -> str:
+    until = "" if mute["until_s"] is None else f" until {clock(mute['until_s'])}"
+    return until + (f": {mute['reason']}" if mute["reason"] else "")
+
+
+def reason_text(fault: Fault) -> str:
+    """Until when an active one is muted, and why; or why it is acknowledged."""
+    if fault["state"] != "active":
+        return ""
+    if fault["muted"] is not None:
+        return _mute_text(fault["muted"]).lstrip(": ")
+    return (fault["acknowledged"] or {}).get("reason") or ""
 
 
 def left_lines(left: Iterable[Mapping[str, Any]]) -> list[str]:

@@ -6,14 +6,22 @@ Its process is `launcher.faults.watcher`, which judges; here is what the run has
 from __future__ import annotations
 
 import itertools
+import os
 import time
 from collections.abc import Callable, Mapping
 
 from launcher.base import strict_json
 from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
 from launcher.base.run_verb import BadCallError
-from launcher.base.text import did_you_mean
-from launcher.control.fault_texts import fault_line, is_gone, is_reported
+from launcher.base.text import count, did_you_mean, escape, several
+from launcher.control.fault_texts import (
+    NO_FAULT,
+    NOT_WATCHING,
+    fault_line,
+    is_gone,
+    is_reported,
+    mute_lines,
+)
 from launcher.faults.watch_options import settings_of
 from launcher.posix.reactor import Timer
 from launcher.run.helpers.client_process import ClientProcess
@@ -42,6 +50,7 @@ class FaultWatch(Part):
     `listeners` get each fault that has changed, with the change: `suspected`, `confirmed`,
     `dismissed`, `healed`, or `updated`. `names` are those of the faults that there may be, as
     `checks.check` has them, and `when_named` is called with the watch when they have come.
+    `mutes` has `reason` and `until_s` by the names of muted faults, seen or not.
     """
 
     def __init__(self, run: Run) -> None:
@@ -49,6 +58,7 @@ class FaultWatch(Part):
         self.faults: dict[str, Document] = {}
         self.left: list[Document] = []
         self.names: list[str] = []
+        self.mutes: dict[str, Document] = {}
         self.when_named: list[Callable[[FaultWatch], object]] = []
         self.listeners: list[Callable[[Document, str], object]] = []
         self._waiting: dict[int, Callable[[Document], None]] = {}
@@ -56,9 +66,11 @@ class FaultWatch(Part):
         self._heard_s = run.reactor.now()
         self._hangs = False
         self._timer: Timer | None = None
+        settings = settings_of(run)
+        self._expect: str | None = settings["expect"]
         self._process = ClientProcess(
             run,
-            (MODULE, strict_json.packed(settings_of(run))),
+            (MODULE, strict_json.packed(settings)),
             name="the watcher",
             without="the run is not watched",
             goodbye_s=GOODBYE_S,
@@ -117,6 +129,8 @@ class FaultWatch(Part):
             return  # what a library prints
         if not isinstance(report, dict):
             return
+        if "mutes" in report:
+            self.mutes = report["mutes"]
         if "note" in report:
             self.run.log.warn(f"watching: {report['note']}")
         elif "mistake" in report:
@@ -125,6 +139,8 @@ class FaultWatch(Part):
         elif "left" in report:
             self.left = report["left"]
         elif "names" in report:
+            if not self.names and "counts" in report:
+                self._say_what(*report["counts"])
             self.names = report["names"]
             for listener in self.when_named:
                 listener(self)
@@ -132,6 +148,33 @@ class FaultWatch(Part):
             self._changed(report["fault"], report["change"])
         if "id" in report and report["id"] in self._waiting:
             self._waiting.pop(report["id"])(report)
+
+    def _say_what(self, expectations: int, implied: int) -> None:
+        """What is watched, and what is muted since earlier runs, at the start."""
+        own = ""
+        if self._expect is not None:
+            own = f"{count(expectations, 'expectation')} of {os.path.basename(self._expect)} and "
+        left = f"; {len(self.left)} left to smoke" if self.left else ""
+        self.run.log.log("INFO", "launch", f"watching: {own}{implied} of every run{left}")
+        if muted := [one["fault"] for one in self.muted()]:
+            text = f"muted since an earlier run: {several(muted)} (`faults` lists them)"
+            self.run.log.log("INFO", "launch", f"watching: {text}")
+
+    def muted(self) -> list[Document]:
+        """The mutes in force: `fault`, `reason` and `until_s`, by name."""
+        now_s = time.time()
+        return [
+            {"fault": name, **mute}
+            for name, mute in sorted(self.mutes.items())
+            if mute["until_s"] is None or mute["until_s"] > now_s
+        ]
+
+    def may_come(self, name: str) -> bool:
+        """Whether a fault of this name was seen, or may be."""
+        if name in self.faults or name in self.names:
+            return True
+        heads = (one[:-1] for one in self.names if one.endswith("*"))
+        return any(name.startswith(head) and name != head for head in heads)
 
     def _changed(self, fault: Document, change: str) -> None:
         if is_gone({**fault, "change": change}):
@@ -231,22 +274,36 @@ def serve(request: VerbRequest) -> None:
         _follow(watch, exchange)
     else:
         table = sorted(watch.faults.values(), key=lambda one: one["first_s"])
-        result = {"faults": table, "left_to_smoke": watch.left, "watching": watch.is_watching}
-        exchange.reply(result, [fault_line(one) for one in table] or ["no fault"])
+        mutes = watch.muted()
+        result = {
+            "faults": table,
+            "mutes": mutes,
+            "left_to_smoke": watch.left,
+            "watching": watch.is_watching,
+        }
+        lines = [fault_line(one) for one in table] or [NO_FAULT] * watch.is_watching
+        lines += [] if watch.is_watching else [NOT_WATCHING]
+        exchange.reply(result, [*lines, *mute_lines(mutes, table)])
 
 
 def _serve_change(
     watch: FaultWatch, change: str, options: Mapping[str, Any], exchange: Exchange
 ) -> None:
     name = options[change]
-    if name not in watch.faults:
-        hint = did_you_mean(name, watch.faults) or "`faults` lists them"
+    is_meant = {"mute": watch.may_come(name), "unmute": name in watch.mutes}
+    if name not in watch.faults and not is_meant.get(change):
+        if watch.may_come(name):
+            raise BadCallError("wrong-state", f"'{name}' was not seen yet, and is not muted")
+        hint = did_you_mean(name, [*watch.faults, *watch.mutes, *watch.names])
+        hint = hint or "`faults` lists them"
         raise BadCallError("bad-option", f"no fault '{name}'", hint)
     more = {"reason": options.get("reason"), "for_s": options.get("for_s"), "wall_s": time.time()}
 
     def done(answer: Document) -> None:
         if "error" in answer:
             exchange.fail(BadCallError("wrong-state", answer["error"]))
+        elif "fault" not in answer:
+            exchange.reply({"faults": []}, [f"{change}d: {escape(name)}, which was not seen yet"])
         else:
             exchange.reply({"faults": [answer["fault"]]}, [fault_line(answer["fault"])])
 

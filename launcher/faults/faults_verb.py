@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from launcher.base.command_line import Command, Parsed
-from launcher.base.errors import ExitCode, UsageError
+from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.option import DEBUG, option
 from launcher.base.verb_table import VERBS
 from launcher.control import verbs
@@ -35,7 +35,11 @@ often, and in which versions of the launch file.""",
     arguments=(option("[TARGET]", "with --all-runs: a launch file, or the beginning of its name"),),
     options=(
         *_VERB.options,
-        option("--check", "exit with code 1 if a fault is active that is not muted"),
+        option(
+            "--check",
+            "exit with code 1 if a fault is active that is not muted, and with 2 if that is not "
+            "known: no run, or one that is not watched",
+        ),
         option("--all-runs", "list the faults of all runs in the log folder"),
         option("--json", "print one JSON object; with -f, one per line"),
         option("--run ID", "id, pid or target of the run, or the beginning of one of these"),
@@ -55,6 +59,15 @@ def main(words: Sequence[str]) -> int:
         raise UsageError(f"'{options.target}': a target belongs to --all-runs", hint=hint)
     call = verbs.call_of(_VERB, options)
     _check(call)
+    try:
+        return _ask(call, options)
+    except LauncherError as error:
+        if options.check:
+            error.exit_code = ExitCode.USAGE  # 1 is for faults
+        raise
+
+
+def _ask(call: Call, options: Parsed) -> int:
     run = find_run(options.run, _warn, read_only=verbs.only_reads("faults", call.options))
     with run.connect() as connection:
         if options.follow:
@@ -106,8 +119,11 @@ def _show(connection: Connection, call: Call, *, as_json: bool, checks: bool) ->
         print("\n".join(reply.text))
     else:
         _print_table(result)
-    is_wrong = checks and any(map(is_reported, result["faults"]))
-    return ExitCode.PROCESS_FAILED if is_wrong else ExitCode.OK
+    if not checks:
+        return ExitCode.OK
+    if any(map(is_reported, result["faults"])) and result["watching"]:
+        return ExitCode.PROCESS_FAILED
+    return ExitCode.OK if result["watching"] else ExitCode.USAGE
 
 
 def _print_table(result: dict[str, Any]) -> None:

@@ -5,7 +5,7 @@ Nobody can use one before the control socket is open, so this is imported behind
 
 from __future__ import annotations
 
-from launcher.base.option import count, lazy, option, positive_seconds
+from launcher.base.option import count, lazy, option
 from launcher.base.run_verb import Verb
 
 DRY_RUN = option("--dry-run", "only show what would be done")
@@ -89,9 +89,9 @@ VERBS = (
             option("--mute FAULT", "report it no more: no lines, no actions"),
             option("--unmute FAULT", "report it again"),
             option(
-                "--for S",
-                "with --mute: the seconds until it is reported again",
-                positive_seconds,
+                "--for TIME",
+                "with --mute: the seconds until it is reported again; on a command line also 2min",
+                lazy("launcher.base.document.quantities:parse_positive_duration"),
                 name="for_s",
                 kind="seconds",
             ),
@@ -109,7 +109,7 @@ VERBS = (
         (
             option(
                 "--for TIME",
-                "how long, such as 500ms or 2min (default: 5s)",
+                "how many seconds (default: 5); on a command line also 500ms or 2min",
                 lazy("launcher.base.document.quantities:parse_positive_duration"),
                 name="for_s",
                 kind="seconds",

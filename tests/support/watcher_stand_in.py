@@ -80,13 +80,20 @@ def _say(report: dict[str, Any]) -> None:
     print(json.dumps(report), flush=True)
 
 
-def _answer(faults: dict[str, dict[str, Any]]) -> None:
+def _answer(faults: dict[str, dict[str, Any]], mutes: dict[str, dict[str, Any]]) -> None:
     for line in sys.stdin:
         request = json.loads(line)
         if request["do"] not in ("acknowledge", "mute", "unmute"):
             continue
-        changed = faults[request["fault"]]
         reason, for_s = request["reason"], request["for_s"]
+        if request["fault"] not in faults:  # muted before it was seen
+            mutes.pop(request["fault"], None)
+            if request["do"] == "mute":
+                until_s = None if for_s is None else request["wall_s"] + for_s
+                mutes[request["fault"]] = {"reason": reason, "until_s": until_s}
+            _say({"mutes": mutes, "id": request["id"]})
+            continue
+        changed = faults[request["fault"]]
         if request["do"] == "acknowledge":
             changed["acknowledged"] = {"wall_s": request["wall_s"], "reason": reason}
         else:
@@ -99,11 +106,13 @@ def _answer(faults: dict[str, dict[str, Any]]) -> None:
 
 def main() -> None:
     faults: dict[str, dict[str, Any]] = {}
-    threading.Thread(target=_answer, args=(faults,), daemon=True).start()
+    mutes: dict[str, dict[str, Any]] = {}
+    threading.Thread(target=_answer, args=(faults, mutes), daemon=True).start()
     with open(os.environ[FILE], encoding="utf-8") as file:
         while True:
             if line := file.readline():
                 report = json.loads(line)
+                mutes.update(report.get("mutes", {}))
                 if "fault" in report:
                     faults[report["fault"]["fault"]] = report["fault"]
                 _say(report)

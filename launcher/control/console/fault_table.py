@@ -12,10 +12,17 @@ from rich.text import Text
 
 from launcher.base.text import escape
 from launcher.control.console.process_tables import GAP
-from launcher.control.fault_texts import arranged, left_lines, since, state_word
+from launcher.control.fault_texts import (
+    NO_FAULT,
+    NOT_WATCHING,
+    arranged,
+    left_lines,
+    mute_lines,
+    reason_text,
+    since,
+    state_word,
+)
 
-NONE = "no fault"
-NOT_WATCHING = "the watcher is not running: these are the last faults that it has reported"
 WIDE = 110  # columns from which a cause has a column, and else follows what was seen
 INDENT = 2  # of a fault that follows from another
 _STYLES = {
@@ -30,9 +37,13 @@ _STYLES = {
 def fault_table(result: Mapping[str, Any], columns: int) -> RenderableType:
     """The answer of `faults`: a row for each fault, and what is left to smoke."""
     faults = result["faults"]
-    parts: list[RenderableType] = [_table(faults, columns) if faults else Text(NONE)]
-    if not result.get("watching", True):
+    is_watching = result.get("watching", True)
+    parts: list[RenderableType] = [_table(faults, columns)] if faults else []
+    if not is_watching:
         parts.append(Text(NOT_WATCHING, "yellow"))
+    elif not faults:
+        parts.append(Text(NO_FAULT))
+    parts += [Text(line, "dim") for line in mute_lines(result.get("mutes", ()), faults)]
     parts += [Text(line, "dim") for line in left_lines(result.get("left_to_smoke", ()))]
     return Group(*parts)
 
@@ -50,12 +61,18 @@ def _table(faults: Iterable[Mapping[str, Any]], columns: int) -> Table:
             seen = Text("\n").join([seen, Text.assemble("because: ", cause, style="dim")])
         table.add_row(
             Text(f"{word}{times}", _STYLES.get(word, "")),
-            Padding(_text(fault["fault"]), (0, 0, 0, INDENT * depth)),
+            Padding(_name(fault), (0, 0, 0, INDENT * depth)),
             Text(since(fault)),
             seen,
             *((cause,) if is_wide else ()),
         )
     return table
+
+
+def _name(fault: Mapping[str, Any]) -> Text:
+    """With the reason of a user, if there is one, below."""
+    reason = reason_text(fault)
+    return _text(fault["fault"]) + (Text("\n") + _text(reason) if reason else Text())
 
 
 def _text(text: str) -> Text:

@@ -186,15 +186,20 @@ class FaultTable:
         fault.acknowledged = {"wall_s": round(time.time(), 3), "reason": reason}
         return fault
 
-    def mute(self, name: str, reason: str | None, until_s: float | None) -> Fault:
-        """Until this time of the day, or for good; KeyError."""
-        fault = self.faults[name]
-        fault.muted = self.mutes[name] = {"reason": reason, "until_s": until_s}
+    def mute(self, name: str, reason: str | None, until_s: float | None) -> Fault | None:
+        """Until this time of the day, or for good; None for one that was not seen yet."""
+        fault = self.faults.get(name)
+        self.mutes[name] = {"reason": reason, "until_s": until_s}
+        if fault is not None:
+            fault.muted = self.mutes[name]
         return fault
 
-    def unmute(self, name: str) -> Fault:
-        """KeyError for one that is not known."""
-        fault = self.faults[name]
+    def unmute(self, name: str) -> Fault | None:
+        """None for one that was not seen yet; KeyError if it is not muted either."""
+        fault = self.faults.get(name)
+        if fault is None:
+            del self.mutes[name]
+            return None
         fault.muted = None
         self.mutes.pop(name, None)
         return fault
@@ -205,8 +210,8 @@ class FaultTable:
         for name, mute in tuple(self.mutes.items()):
             if mute["until_s"] is not None and mute["until_s"] <= now_s:
                 del self.mutes[name]
-                if name in self.faults:
-                    self._report(self.unmute(name), "updated")
+                if name in self.faults and (fault := self.unmute(name)) is not None:
+                    self._report(fault, "updated")
 
 
 def _explain(fault: Fault, cause: Cause | None) -> None:

@@ -93,9 +93,10 @@ class Watching:
         script = Script() if path is None else loader.load(path).completed()
         with Connection(self._settings.socket) as connection:
             hello = connection.hello
-            earlier = connection.ask("faults").result["faults"]
+            earlier = connection.ask("faults").result
         self._observations.begin()
-        self._table.resume(earlier, self._observations.of_wall)
+        self._table.resume(earlier["faults"], self._observations.of_wall)
+        self._table.mutes.update((one.pop("fault"), one) for one in earlier["mutes"])
         follower = RunFollower(
             lambda: Connection(self._settings.socket),
             self._observations,
@@ -112,7 +113,11 @@ class Watching:
         if not self._checks:
             self._checks = checks_of(self._script, self._settings.arguments)
         checks = (*self._implied, *self._checks)
-        self._say(names=[name for check in checks for name in check.names])
+        self._say(
+            names=[name for check in checks for name in check.names],
+            counts=[len(self._checks), len(self._implied)],
+            mutes=self._table.mutes,
+        )
         try:
             self._loop()
         finally:
@@ -255,6 +260,7 @@ class Watching:
 
     def _answer(self, what: str, request: Mapping[str, Any]) -> None:
         name, reason = request["fault"], request.get("reason")
+        fault: Fault | None
         try:
             if what == "acknowledge":
                 fault = self._table.acknowledge(name, reason)
@@ -267,19 +273,20 @@ class Watching:
         except KeyError:
             self._say(id=request["id"], error=f"no fault '{name}'")
         else:
-            self._keep_mute(fault)
-            document = fault.document(self._observations.wall_of)
-            self._say(id=request["id"], fault=document, change="updated")
+            self._keep_mute(name)
+            document = fault and fault.document(self._observations.wall_of)
+            changed = {} if document is None else {"fault": document, "change": "updated"}
+            self._say(id=request["id"], mutes=self._table.mutes, **changed)
 
-    def _keep_mute(self, fault: Fault) -> None:
+    def _keep_mute(self, name: str) -> None:
         """For later runs of the same launch file."""
-        target = self._settings.launch_file
+        target, muted = self._settings.launch_file, self._table.mutes.get(name)
         if self._history is None:
             return
-        if fault.muted is None:
-            self._history.clear_mute(target, fault.id)
+        if muted is None:
+            self._history.clear_mute(target, name)
         else:
-            self._history.set_mute(target, fault.id, fault.muted["reason"], fault.muted["until_s"])
+            self._history.set_mute(target, name, muted["reason"], muted["until_s"])
 
     def _report(self, fault: Fault, change: str) -> None:
         document = fault.document(self._observations.wall_of)

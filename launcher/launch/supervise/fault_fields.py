@@ -123,7 +123,7 @@ def _action(name: object, subject: object, path: tuple[object, ...]) -> dict[str
 def _within(value: object) -> float:
     within_s: float = DURATION.parse(value)
     if not 0 < within_s <= MAX_WITHIN_S:
-        raise FieldError(f"{shown(value)} is not a time limit from 0 to {MAX_WITHIN_S / 60:g} min")
+        raise FieldError(f"{shown(value)} is not a time limit above 0, of at most 10 min")
     return within_s
 
 

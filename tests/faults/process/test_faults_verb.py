@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import os
 import signal
 from collections.abc import Iterator
 
+import psutil
 import pytest
 
 from tests.support.benches import ControlBench
@@ -13,6 +16,8 @@ from tests.support.controlled_run import ControlledRun
 from tests.support.json_forms import fit
 from tests.support.waiting import wait_until
 from tests.support.watcher_stand_in import IN_PLACE, Reports
+
+STAND_IN = "watcher_stand_in"
 
 
 @pytest.fixture
@@ -105,3 +110,47 @@ def test_all_mistakes_in_the_file_beside_are_shown_once(control_bench: ControlBe
         assert run.screen.count("the run is not watched:\n") == 1
         assert f"{file}:2: invalid time" in run.screen and "did you mean 'rate'?" in run.screen
         assert run.ask("faults")["watching"] is False
+
+def test_what_was_not_seen_yet_is_muted_and_mutes_are_listed(
+    watched: ControlledRun, reports: Reports
+):
+    wait_until(lambda: "faults" in watched.row("cat"), "the part that watches")
+    mutes = {"old": {"reason": "x", "until_s": None}, "past": {"reason": None, "until_s": 1.0}}
+    reports.write({"left": [{"expectation": "it ends", "why": "its end is needed"}]})
+    reports.write({"names": ["old", "rate /t", "disk: *"], "counts": [2, 1], "mutes": mutes})
+    watched.wait_for("watching: 1 of every run; 1 left to smoke")
+    watched.wait_for("muted since an earlier run: old (`faults` lists them)")
+    for name in ("rate /t", "disk: /log"):
+        answer = watched.shell("faults", "--mute", name, "--for", "2min")
+        assert answer.stdout == f"muted: {name}, which was not seen yet\n", answer.stderr
+    assert watched.shell("faults", "--unmute", "old").returncode == 0
+    assert watched.shell("faults", "--mute", "disk").returncode == 2
+    text, document = watched.shell("faults").stdout, watched.shell("faults", "--json").stdout
+    assert "no fault\nmuted: disk: /log until " in text and "old" not in text
+    fit("faults", document)
+    assert [one["fault"] for one in json.loads(document)["mutes"]] == ["disk: /log", "rate /t"]
+
+
+def test_a_check_that_cannot_know_is_no_fault_and_not_all_is_well(
+    watched: ControlledRun,
+):
+    wait_until(lambda: "faults" in watched.row("cat"), "the part that watches")
+    assert watched.shell("faults", "--check", "--run", "nobody").returncode == 2
+    for end in ("restarting it", "restarting it", "the run continues without it"):
+        wait_until(lambda: watcher_of(watched), "the watcher")
+        (pid,) = watcher_of(watched)
+        os.kill(pid, signal.SIGKILL)
+        wait_until(functools.partial(is_gone, pid), "its end")
+        watched.wait_for(end)
+    answer = watched.shell("faults", "--check")
+    assert answer.returncode == 2
+    assert answer.stdout == "the watcher is not running: faults of now are not known\n"
+
+
+def is_gone(pid: int) -> bool:
+    return not psutil.pid_exists(pid)
+
+
+def watcher_of(run: ControlledRun) -> list[int]:
+    children = psutil.Process(run.process.pid).children()
+    return [one.pid for one in children if STAND_IN in " ".join(one.cmdline())]

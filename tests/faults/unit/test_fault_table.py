@@ -127,6 +127,19 @@ def test_what_changes_all_the_time_is_reported_once_a_second():
     assert 8 <= run.changes("rate /t").count("updated") <= 12
 
 
+def test_what_is_muted_before_it_is_seen_is_muted_then():
+    run = WatchedRun("rate: /t, is: 9 to 11 Hz")
+    assert run.table.mute("rate /t", "why not", None) is None
+    assert run.table.mute("other", None, None) is None and run.table.unmute("other") is None
+    with pytest.raises(KeyError):
+        run.table.unmute("other")
+    run.rows(TALKER, LISTENER)
+    run.graph(*PAIR)
+    run.wait(5, hz=10)
+    run.wait(5)
+    assert run.fault("rate /t").muted == {"reason": "why not", "until_s": None}
+
+
 # ---- observations
 
 
