@@ -88,13 +88,13 @@ def _show_history(options: Parsed) -> int:
 def _check(call: Call) -> None:
     """UsageError for options that do not belong together."""
     given = call.options
-    changes = [name for name in _VERB.changing if name in given]
-    if changes and given.get("follow"):
-        raise UsageError(f"--{changes[0]} and --follow exclude each other")
     if "for_s" in given and "mute" not in given:
         raise UsageError("--for belongs to --mute")
     if "reason" in given and not {"acknowledge", "mute"} & given.keys():
         raise UsageError("--reason belongs to --acknowledge and --mute")
+    changes = [name for name in _VERB.changing if name in given]
+    if changes and given.get("follow"):
+        raise UsageError(f"--{changes[0]} and --follow exclude each other")
 
 
 def _follow(connection: Connection, call: Call, *, as_json: bool) -> int:

@@ -99,7 +99,7 @@ VERBS = (
         ),
         streams=True,
         shell=False,
-        changing=("acknowledge", "mute", "unmute"),
+        changing=("acknowledge", "mute", "unmute", "for_s", "reason"),
         serve="launcher.faults.fault_watch:serve",
     ),
     Verb(

@@ -73,10 +73,14 @@ class HttpApi:
 
     async def _arguments(self, request: Request, name: str) -> Mapping[str, Any]:
         tool = self._toolbox.tool(name)
-        if request.method in ("GET", "HEAD") and tool.is_read_only:
-            return _from_query(tool, request)
+        reading = tool.only_reading
+        if request.method in ("GET", "HEAD") and reading is not None:
+            refused = sorted({*tool.changing} & {*request.query_params})
+            if not refused:
+                return _from_query(reading, request)
+            raise _Refused(_NO_METHOD, f"'{name}' with '{refused[0]}' takes POST", Allow="POST")
         if request.method != "POST":
-            allowed = "GET, HEAD, POST" if tool.is_read_only else "POST"
+            allowed = "POST" if reading is None else "GET, HEAD, POST"
             raise _Refused(_NO_METHOD, f"'{name}' takes {allowed}", Allow=allowed)
         return await _from_body(request)
 

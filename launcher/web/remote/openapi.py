@@ -38,7 +38,7 @@ _SCHEMAS = {
 
 
 def document(tools: Iterable[Tool]) -> dict[str, Any]:
-    """OpenAPI 3.1: a POST for each tool, and a GET if it changes nothing."""
+    """OpenAPI 3.1: a POST for each tool, and a GET without what changes something."""
     return {
         "openapi": "3.1.0",
         "info": {
@@ -61,9 +61,10 @@ def _operations(tool: Tool) -> dict[str, Any]:
         "content": {"application/json": {"schema": tool.schema()}},
     }
     found = {"post": {"operationId": tool.name, "requestBody": body, **_common(tool)}}
-    if tool.is_read_only:
-        parameters = list(map(_parameter, tool.schema()["properties"].items()))
-        required = tool.schema().get("required", ())
+    if (reading := tool.only_reading) is not None:
+        schema = reading.schema()
+        parameters = list(map(_parameter, schema["properties"].items()))
+        required = schema.get("required", ())
         for parameter in parameters:
             parameter["required"] = parameter["name"] in required
         found["get"] = {

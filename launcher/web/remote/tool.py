@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from launcher.base.command_help import sentence
-from launcher.base.model.record import Record
+from launcher.base.model.record import Record, replace
 from launcher.base.run_verb import BadCallError, Verb
 from launcher.base.text import did_you_mean
 from launcher.web.remote.argument import Argument
@@ -18,7 +18,8 @@ class Tool(Record):
     """`verb` is that of the control socket; None: `name` is run as the command of a shell.
 
     `flags` are the spellings of options of that command by the names of arguments; the other
-    arguments are words. `limit_s` is how long a call takes at most.
+    arguments are words. `limit_s` is how long a call takes at most. `changing` are the arguments
+    without which a tool that is not `is_read_only` changes nothing.
     """
 
     name: str
@@ -29,6 +30,15 @@ class Tool(Record):
     verb: Verb | None = None
     flags: Mapping[str, str] = {}
     about: str = ""
+    changing: tuple[str, ...] = ()
+
+    @property
+    def only_reading(self) -> Tool | None:
+        """It, without what changes something; None if nothing is left."""
+        if self.is_read_only:
+            return self
+        kept = tuple(one for one in self.arguments if one.name not in self.changing)
+        return replace(self, arguments=kept, is_read_only=True) if self.changing else None
 
     @property
     def description(self) -> str:

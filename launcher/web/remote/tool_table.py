@@ -107,8 +107,16 @@ def _of_verb(verb: Verb, *, read_only: bool) -> Tool:
     if verb.streams:
         help_text = "how many of the last entries are wanted"
         arguments.append(Argument(LIMIT, "count", help_text, default=_USUAL_ITEMS, most=MOST_ITEMS))
+    changing = verb.changing if verb.name in verbs.READ_ONLY and not is_read_only else ()
     return Tool(
-        verb.name, verb.help, tuple(arguments), is_read_only, LIMIT_S, verb, about=_about(verb)
+        verb.name,
+        verb.help,
+        tuple(arguments),
+        is_read_only,
+        LIMIT_S,
+        verb,
+        about=_about(verb),
+        changing=changing,
     )
 
 

@@ -6,9 +6,11 @@ import asyncio
 import os
 import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import AsyncIterator, Sequence
 from typing import Any, NoReturn
 
+from launcher.base import strict_json
 from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
 from launcher.base.option import DEBUG, option
@@ -31,6 +33,8 @@ may begin and end meanwhile; if several are active, each call names one.""",
     ),
 )
 
+_PARSE_ERROR = -32700
+
 
 def main(words: Sequence[str]) -> int:
     """Serve until stdin ends; the exit code."""
@@ -51,6 +55,7 @@ class _ProtocolOutput:
     def __init__(self) -> None:
         sys.stdout.flush()
         self._file = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        self._writing = threading.Lock()
         os.dup2(2, 1)
 
     async def write(self, text: str) -> None:
@@ -58,13 +63,37 @@ class _ProtocolOutput:
 
     def _write(self, text: str) -> None:
         try:
-            self._file.write(text)
-            self._file.flush()
+            with self._writing:
+                self._file.write(text)
+                self._file.flush()
         except BrokenPipeError:
             _leave(ExitCode.OK)
 
     async def flush(self) -> None:
         """Each message is written at once."""
+
+
+async def _messages(output: _ProtocolOutput) -> AsyncIterator[str]:
+    """The lines of the standard input, which nothing else in this process can read any more.
+
+    What is not JSON gets the error of JSON-RPC 2.0 for that, which the package does not send.
+    """
+    import anyio
+
+    file = os.fdopen(os.dup(0), encoding="utf-8", errors="replace")
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, 0)
+    os.close(null)
+    async for line in anyio.wrap_file(file):
+        try:
+            strict_json.loads(line)
+        except ValueError as error:
+            if line.strip():
+                fault = {"code": _PARSE_ERROR, "message": f"Parse error: {error}"}
+                answer = {"jsonrpc": "2.0", "id": None, "error": fault}
+                await output.write(strict_json.packed(answer) + "\n")
+        else:
+            yield line
 
 
 def _leave(code: int) -> NoReturn:
@@ -87,7 +116,8 @@ async def _serve(run: str | None, *, read_only: bool) -> None:
     server = server_of(toolbox)
     output: Any = _ProtocolOutput()
     try:
-        async with stdio_server(stdout=output) as (reading, writing):
+        lines: Any = _messages(output)
+        async with stdio_server(lines, output) as (reading, writing):
             await server.run(reading, writing, server.create_initialization_options())
     finally:
         await toolbox.close()

@@ -53,6 +53,10 @@ def test_read_only_tools_are_those_of_the_table():
     assert not names & {"stop", "start", "restart", "kill", "send", "quit", "reload", "loglevel"}
     reading = {name for name, tool in tools().items() if tool.is_read_only}
     assert names - reading == {"faults"}  # which acknowledges and mutes, where that is allowed
+    faults = tools()["faults"].only_reading
+    assert faults is not None and [one.name for one in faults.arguments] == ["limit", "run"]
+    assert tools(read_only=True)["faults"].arguments == faults.arguments
+    assert tools()["stop"].only_reading is None
 
 
 def test_a_verb_that_only_reads_without_an_option_lacks_it_where_only_reading_is_allowed(

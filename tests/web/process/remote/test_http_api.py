@@ -140,6 +140,8 @@ def test_a_program_looks_at_a_run_and_controls_it(page: Page):
         ("POST", "/api/ps", '{"run": "1"}', 400, "bad-option"),
         ("GET", "/api/stop?names=cat", None, 405, "bad-request"),
         ("PUT", "/api/ps", "{}", 405, "bad-request"),
+        ("GET", "/api/faults?mute=x", None, 405, "bad-request"),
+        ("GET", "/api/faults", None, 409, "wrong-state"),  # the run is not watched
         ("POST", "/api/ps", "x" * 70_000, 413, "bad-request"),
         ("GET", "/api/wait?topics=/none&timeout=0.1", None, 504, "timeout"),
     ],

@@ -137,6 +137,10 @@ def test_stdout_has_only_the_protocol_and_nothing_outlives_stdin(environment: di
         assert server.call("ps")["result"]["isError"] is True
         assert server.call("no-tool")["error"]["code"] == -32602
         assert server.ask("no/method")["error"]["code"] == -32601
+        assert server.process.stdin is not None and server.process.stdout is not None
+        server.process.stdin.write("\nno JSON\n")
+        server.process.stdin.flush()
+        assert '"id": null, "error": {"code": -32700' in server.process.stdout.readline()
         waiting = server.send("tools/call", name="wait", arguments={"names": ["cat"]})
         child = waiting_command(server)
         server.notify("notifications/cancelled", requestId=waiting)
