@@ -134,7 +134,8 @@ def all_runs(report: Report = lambda text: None) -> list[AnyRun]:
         except SilentError:
             runs.append(SilentRun.at(path))
         except (ControlError, KeyError, TypeError) as error:
-            report(f"{path}: {error}")
+            text = str(error)
+            report(text if text.startswith(f"{path}: ") else f"{path}: {text}")
     if len(removed) == 1:
         report(f"removed the socket of a run that was killed: {removed[0]}")
     elif removed:

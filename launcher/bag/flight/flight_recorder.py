@@ -52,10 +52,14 @@ class FlightRecorderProcess(Part):
     def begin(self) -> None:
         self._process.start()
 
-    def snapshot(self, reason: str, done: Done) -> None:
-        """Write a snapshot; `done` is called with `{"snapshot": PATH}` or `{"error": TEXT}`."""
+    def snapshot(self, reason: str, done: Done, *, of_fault: bool = False) -> None:
+        """Write a snapshot; `done` is called with `{"snapshot": PATH}` or `{"error": TEXT}`.
+
+        One `of_fault` has what follows, too, and is that which faults have by themselves.
+        """
         number = next(self._ids)
-        if self._process.send(strict_json.packed({"snapshot": reason, "id": number}).encode()):
+        order = {"snapshot": reason, "id": number, "of_fault": of_fault}
+        if self._process.send(strict_json.packed(order).encode()):
             self._waiting[number] = done
         else:
             done({"error": "the flight recorder is not running"})

@@ -149,7 +149,8 @@ class FlightRecorder:
         for line in sys.stdin:
             order = strict_json.unpacked(line)
             if "snapshot" in order:
-                self._requests.put(("snapshot", (order["snapshot"], order["id"])))
+                kind = "snapshot of a fault" if order.get("of_fault") else "snapshot"
+                self._requests.put((kind, (order["snapshot"], order["id"])))
             if order.get("end"):
                 self._requests.put(("end", None))
                 return
@@ -174,6 +175,9 @@ class FlightRecorder:
                 case "snapshot":
                     reason, number = detail
                     self._plan(reason, now, [number])
+                case "snapshot of a fault":  # joins the automatic one
+                    reason, number = detail
+                    self._plan(reason, now + AFTER_S, [number], kind="fault")
                 case "lost":
                     self._plan("the launcher was killed", now)
                     self._is_over = True

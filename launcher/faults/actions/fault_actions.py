@@ -10,7 +10,7 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.model.fault_action import WHEN, FaultAction
-from launcher.base.model.fault_events import ActionTaken
+from launcher.base.model.fault_events import ActionTaken, FaultConfirmed
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
 from launcher.faults.actions import desktop
@@ -166,7 +166,8 @@ class FaultActions(Part):
         def answered(answer: Document) -> None:
             done("error" not in answer, answer.get("error") or answer["snapshot"])
 
-        recorder.snapshot(f"fault '{fault['fault']}': {fault['seen']}", answered)
+        event = FaultConfirmed(fault["fault"], fault["seen"], fault["incident"], fault["cause"])
+        recorder.snapshot(event.text, answered, of_fault=True)
 
     def _command(self, action: FaultAction, fault: Document, done: Done) -> None:
         more = {name: _variable(fault[field]) for name, field in _VARIABLES.items()}

@@ -62,7 +62,7 @@ def _held(when: Window, at_s: float, word: str = "") -> Verdict:
 def _node_text(expectation: Expectation) -> str:
     verb = "is not there" if expectation.get("absent") else "is there"
     count = expectation.get("count")
-    number = "" if count is None else f" {count.text} times"
+    number = "" if count is None else " once" if count.text == "1" else f" {count.text} times"
     return f"node {expectation.subject} {verb}{number}{times_text(expectation)}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import queue
 from pathlib import Path
@@ -10,8 +11,9 @@ from typing import Any
 import pytest
 
 from launcher.bag.ros import flight
+from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
 from launcher.base.model.run_event import Entry
-from launcher.base.model.run_events import Ended, FaultConfirmed, FaultHealed
+from launcher.base.model.run_events import Ended
 
 
 class Following:
@@ -75,3 +77,22 @@ def test_the_oldest_snapshots_of_faults_are_removed(tmp_path: Path):
     left = sorted(os.listdir(tmp_path))
     assert sum(name.endswith("-asked") for name in left) == flight.KEEP_SNAPSHOTS
     assert sum(not name.endswith("-asked") for name in left) == flight.KEEP_SNAPSHOTS
+
+
+@pytest.mark.parametrize("first", ["action", "fault"])
+def test_an_action_of_a_fault_gets_the_snapshot_of_that_fault(
+    monkeypatch: pytest.MonkeyPatch, first: str
+):
+    recorder = recorder_of(monkeypatch, *([FAULT] if first == "fault" else []))
+    order = {"snapshot": FAULT.event.text, "id": 7, "of_fault": True}
+    monkeypatch.setattr("sys.stdin", [json.dumps(order), json.dumps({"end": True})])
+    recorder._read_orders()
+    if first == "action":
+        monkeypatch.setattr(flight, "Connection", lambda socket: Following([FAULT]))
+        recorder._follow_events()
+    recorder._take_requests(102.0)
+
+    due = recorder._due
+    assert due is not None and due.asked == [7]
+    assert due.reasons == [FAULT.event.text]
+    assert due.at_s == 102.0 + flight.AFTER_S

@@ -1,6 +1,7 @@
 """How control verbs parse their arguments, and stale sockets."""
 
 import socket
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -8,8 +9,11 @@ import pytest
 from launcher.base.errors import UsageError
 from launcher.base.run_verb import Call
 from launcher.control.active_runs import all_runs
+from launcher.control.client import Connection
 from launcher.control.verb import command_of
 from launcher.control.verbs import VERBS, call_of, find, parse, parsed_by
+from launcher.posix import socket_directory
+from launcher.posix.socket_directory import ControlError
 
 # What each verb that a shell knows may be given, without the options of all verbs.
 WORDS = {
@@ -114,3 +118,21 @@ def test_sockets_of_killed_runs_are_reported_in_one_line(tmp_path: Path, monkeyp
     ours = [run for run in runs if run.path.parent == folder]
     assert (ours, list(folder.iterdir())) == ([], [])
     assert told == ["removed the sockets of 3 runs that were killed"]
+
+
+def test_a_note_about_a_socket_has_its_path_once(tmp_path: Path, monkeypatch):
+    path = tmp_path / "1-abc.sock"
+    monkeypatch.setattr(socket_directory, "sockets", lambda env, uid: [path])
+    notes: list[str] = []
+    monkeypatch.setattr(Connection, "__init__", refuse(ControlError(f"{path}: Connection reset")))
+    all_runs(notes.append)
+    monkeypatch.setattr(Connection, "__init__", refuse(ControlError("no answer")))
+    all_runs(notes.append)
+    assert notes == [f"{path}: Connection reset", f"{path}: no answer"]
+
+
+def refuse(error: Exception) -> Callable[..., None]:
+    def raising(*args: object, **more: object) -> None:
+        raise error
+
+    return raising

@@ -108,6 +108,11 @@ def test_a_parameter_that_drifts_and_a_node_that_does_not_answer():
     assert set(run.states().values()) == {"healed"}
 
 
+def test_a_node_that_is_expected_once_is_there_once():
+    expected = [one.origin.expected for one in WatchedRun("node: /a, count: 1").checks[-1:]]
+    assert expected[0].startswith("node /a is there once")
+
+
 # ---- lines
 
 
