@@ -111,6 +111,7 @@ def test_all_mistakes_in_the_file_beside_are_shown_once(control_bench: ControlBe
         assert f"{file}:2: invalid time" in run.screen and "did you mean 'rate'?" in run.screen
         assert run.ask("faults")["watching"] is False
 
+
 def test_what_was_not_seen_yet_is_muted_and_mutes_are_listed(
     watched: ControlledRun, reports: Reports
 ):

@@ -37,7 +37,9 @@ def test_a_fault_is_recorded_written_down_and_remembered(tmp_path: Path):
     with tempfile.TemporaryDirectory(prefix="run-") as runtime, ros_domain(tmp_path / "log") as env:
         run = ControlledRun(words, env=env, runtime=Path(runtime), screen=tmp_path / "screen")
         with run:
-            wait_until(lambda: run.ask("faults")["left_to_smoke"], "the watcher")
+            run.wait_for("watching: 1 expectation of watched.expect.yaml and ")
+            run.ask("faults", mute="disk")
+            assert [one["fault"] for one in run.ask("faults")["mutes"]] == ["disk"]
             wait_until(lambda: launcher(run.env, "snapshot", "x").code == 0, "the recorder")
             sign.touch()
             folder = (tmp_path / "log" / "latest").resolve()
