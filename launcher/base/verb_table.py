@@ -115,7 +115,7 @@ _TABLE = (
     (
         "faults",
         LOOK,
-        "launcher.faults.faults_verb",
+        "launcher.faults.verb",
         "list what is wrong in a watched run, since when, and why",
     ),
     (

@@ -6,7 +6,7 @@ A watched run is a smoke run whose window slides: what `launcher.smoke` judges o
 judged here several times a second, on the last seconds. What needs an end is left to smoke.
 
 Doors: `fault_watch`, the part of a run (`--expect`, `--watchful`) and its verb `faults`;
-`faults_verb`, the same from another shell; `watch_options`, the values of its options.
+`verb`, the same from another shell; `watch_options`, the values of its options.
 
 Folders, in the order of what happens:
 
