@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import pytest
 
@@ -86,11 +86,13 @@ def test_many_processes_are_sampled_less_often(
     begun_s: list[float] = []
     steps = Sampler.steps
 
-    def noted(sampler: Sampler, pids: Iterable[int], clock: Callable[[], float]) -> object:
+    def noted(
+        sampler: Sampler, pids: Iterable[int], clock: Callable[[], float], guests: Mapping[int, int]
+    ) -> object:
         begun_s.append(clock())
         if len(begun_s) == 2:
             reactor.stop()
-        return steps(sampler, pids, clock)
+        return steps(sampler, pids, clock, guests)
 
     monkeypatch.setattr(Sampler, "steps", noted)
     with _pipe() as (_, write_end), Reactor() as reactor:
