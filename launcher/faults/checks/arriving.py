@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from launcher.faults.checks.check import ExpectationCheck
 from launcher.faults.checks.message_times import MOST_WAITING
-from launcher.faults.model.fault import Finding
+from launcher.faults.model.fault import FaultFinding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
@@ -33,7 +33,7 @@ class LineCheck(ExpectationCheck):
         self._waiting: deque[LogLine] = deque(maxlen=MOST_LINES)
         self._since_s = 0.0  # when the first of them was taken: the clock may be set meanwhile
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         # What the launcher itself reports of processes is another fault.
         if not self._waiting:
             self._since_s = story.now_s
@@ -54,7 +54,7 @@ class LineCheck(ExpectationCheck):
         verdict = judge(self._now, facts)
         if verdict.outcome is not Decision.VIOLATED:
             return True, None
-        return True, Finding(
+        return True, FaultFinding(
             seen=_without_time(verdict),
             processes=verdict.about,
             guess=verdict.guess,
@@ -73,7 +73,7 @@ class MessageCheck(ExpectationCheck):
         super().__init__(expectation, judge(self._now, Facts()).expected)
         self._waiting: deque[ObservedMessage] = deque(maxlen=MOST_WAITING)
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         topic, watch = self.expectation.subject, self.expectation.get("watch")
         received = Facts(messages=story.facts.messages).received(topic, watch)
         self._waiting += received
@@ -94,7 +94,7 @@ class MessageCheck(ExpectationCheck):
         if verdict.outcome is not Decision.VIOLATED:
             return True, None
         nodes = story.publishers(topic)
-        return True, Finding(
+        return True, FaultFinding(
             seen=_reason(verdict),
             processes=story.processes_of(nodes),
             nodes=nodes,

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from launcher.base.text import did_you_mean, several
-from launcher.faults.model.fault import FaultOrigin, Finding
+from launcher.faults.model.fault import FaultFinding, FaultOrigin
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import Expectation
@@ -22,7 +22,7 @@ class Found:
     """That a fault is seen now; `finding` None: it is not."""
 
     origin: FaultOrigin
-    finding: Finding | None
+    finding: FaultFinding | None
 
 
 class Check:
@@ -54,7 +54,7 @@ class SubjectCheck(Check):
 
     kind = expected = ""
 
-    def find(self, story: Story) -> Mapping[str, Finding] | None:
+    def find(self, story: Story) -> Mapping[str, FaultFinding] | None:
         """What is wrong now, by subject; None if that is not known."""
         raise NotImplementedError
 
@@ -103,19 +103,21 @@ class ExpectationCheck(Check):
             finding = replace(finding, certain=False)
         yield Found(self.origin, finding)
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         """(whether that is known now, what is wrong)."""
         raise NotImplementedError
 
 
-def absence(pattern: str, story: Story) -> Finding | None:
+def absence(pattern: str, story: Story) -> FaultFinding | None:
     """That no process of the run has such a name, as soon as there are any."""
     names = [str(row["name"]) for row in story.rows]
     is_there = any(matches(pattern, row["name"], tuple(row["node_names"])) for row in story.rows)
     if is_there or not names:
         return None
     hint = did_you_mean(pattern, [label_of(name) for name in names])
-    return Finding(seen=f"no process is named {pattern}; {hint or f'there are: {several(names)}'}")
+    return FaultFinding(
+        seen=f"no process is named {pattern}; {hint or f'there are: {several(names)}'}"
+    )
 
 
 def debounce_of(expectation: Expectation, usual: Debounce) -> Debounce:

@@ -15,7 +15,7 @@ from launcher.base.model.run_events import (
     Started,
 )
 from launcher.faults.checks.check import Check, Found, SubjectCheck, origin
-from launcher.faults.model.fault import FaultOrigin, Finding
+from launcher.faults.model.fault import FaultFinding, FaultOrigin
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.machine_facts import MachineSample
 from launcher.faults.watcher.story import CLOCK_STEP_S, Row, Story, is_here
@@ -40,9 +40,9 @@ class DeathCheck(SubjectCheck):
 
     def __init__(self, but: Collection[str] = ()) -> None:
         self._but = but  # patterns of those that are expected to exit
-        self._open: dict[str, Finding] = {}
+        self._open: dict[str, FaultFinding] = {}
 
-    def find(self, story: Story) -> Mapping[str, Finding]:
+    def find(self, story: Story) -> Mapping[str, FaultFinding]:
         for event in story.facts.events:
             name = event.process
             if name is None:
@@ -55,7 +55,7 @@ class DeathCheck(SubjectCheck):
             nodes = () if row is None else tuple(row["node_names"])
             if any(matches(pattern, name, nodes) for pattern in self._but):
                 continue
-            self._open[name] = Finding(
+            self._open[name] = FaultFinding(
                 seen=f"{name} {_end_text(event.event)}",
                 processes=(name,),
                 nodes=nodes,
@@ -91,9 +91,9 @@ class SuspensionCheck(SubjectCheck):
     debounce = Debounce(confirm_s=0.2, heal_s=1.0)
     names = ("not suspended: *",)
 
-    def find(self, story: Story) -> Mapping[str, Finding]:
+    def find(self, story: Story) -> Mapping[str, FaultFinding]:
         return {
-            name: Finding(seen=f"{name} {text}", processes=(name,))
+            name: FaultFinding(seen=f"{name} {text}", processes=(name,))
             for row in story.rows
             if row["pid"] is not None
             and is_here(row)
@@ -133,7 +133,7 @@ class ResponseCheck(Check):
             finding = None
             if isinstance(event, NotResponding):
                 seen = f"{name} has not answered for {event.silent_s:.0f} s"
-                finding = Finding(seen=seen, processes=(name,), certain=True)
+                finding = FaultFinding(seen=seen, processes=(name,), certain=True)
             yield Found(origin("responds", name, "the nodes of the process answer"), finding)
 
 
@@ -144,7 +144,7 @@ class DoubleCheck(SubjectCheck):
     debounce = Debounce(confirm_s=1.0, heal_s=2.0)
     names = ("one node of a name: *",)
 
-    def find(self, story: Story) -> Mapping[str, Finding] | None:
+    def find(self, story: Story) -> Mapping[str, FaultFinding] | None:
         document = story.document
         if not document:
             return None
@@ -160,10 +160,10 @@ class DoubleCheck(SubjectCheck):
         }
 
 
-def _double(story: Story, name: str) -> Finding:
+def _double(story: Story, name: str) -> FaultFinding:
     ends = () if story.graph is None else story.graph.snapshot.endpoints
     own = [end.topic for end in ends if end.node == name and end.is_publisher]
-    return Finding(
+    return FaultFinding(
         seen=f"there are several nodes {name}",
         nodes=(name,),
         processes=story.processes_of([name]),
@@ -188,11 +188,11 @@ class QosCheck(SubjectCheck):
     def __init__(self, but: Collection[str] = ()) -> None:
         self._but = frozenset(but)
 
-    def find(self, story: Story) -> Mapping[str, Finding] | None:
+    def find(self, story: Story) -> Mapping[str, FaultFinding] | None:
         document = story.document
         if not document:
             return None
-        found: dict[str, Finding] = {}
+        found: dict[str, FaultFinding] = {}
         for one in document.get("mismatches", ()):
             topic = one["topic"]
             if topic in self._but or topic in found:
@@ -200,7 +200,7 @@ class QosCheck(SubjectCheck):
             nodes = tuple(dict.fromkeys([*one["publishers"], one["subscription"]]))
             processes = story.processes_of(nodes)
             if processes:  # else it is between programs that are not of this run
-                found[topic] = Finding(
+                found[topic] = FaultFinding(
                     seen=mismatch_text(one),
                     topics=(topic,),
                     nodes=nodes,
@@ -229,7 +229,7 @@ class SidesCheck(SubjectCheck):
     def __init__(self) -> None:
         self._both: dict[str, tuple[float, float]] = {}  # from when to when it had both
 
-    def find(self, story: Story) -> Mapping[str, Finding] | None:
+    def find(self, story: Story) -> Mapping[str, FaultFinding] | None:
         graph = story.graph
         if graph is None:
             return None
@@ -240,7 +240,7 @@ class SidesCheck(SubjectCheck):
                 sides.setdefault(end.topic, set()).add(end.is_publisher)
         # One that has neither side is no topic any more.
         self._both = {topic: span for topic, span in self._both.items() if topic in sides}
-        lost: dict[str, Finding] = {}
+        lost: dict[str, FaultFinding] = {}
         for topic, found in sides.items():
             from_s, to_s = self._both.get(topic, (story.now_s, story.now_s))
             if len(found) == 2:
@@ -252,9 +252,9 @@ class SidesCheck(SubjectCheck):
         return lost
 
 
-def _one_sided(story: Story, topic: str, *, has_publisher: bool) -> Finding:
+def _one_sided(story: Story, topic: str, *, has_publisher: bool) -> FaultFinding:
     nodes = story.listeners(topic) if has_publisher else story.publishers(topic)
-    return Finding(
+    return FaultFinding(
         seen=f"{topic} has no {'subscription' if has_publisher else 'publisher'} any more",
         topics=(topic,),
         nodes=nodes,
@@ -280,7 +280,7 @@ class MachineCheck(Check):
                 kind="disk",
                 expected="the disk of the log files has room",
             )
-            yield Found(about, Finding(seen=seen, certain=True) if is_full(last) else None)
+            yield Found(about, FaultFinding(seen=seen, certain=True) if is_full(last) else None)
         step = story.clock_step(story.now_s - CLOCK_S)
         about = FaultOrigin(
             fault="clock",
@@ -293,7 +293,9 @@ class MachineCheck(Check):
         else:
             at_s, by_s = step
             seen = f"the clock was set {'forward' if by_s > 0 else 'back'} by {abs(by_s):.3g} s"
-            yield Found(about, Finding(seen=seen, value=by_s, unit="s", since_s=at_s, certain=True))
+            yield Found(
+                about, FaultFinding(seen=seen, value=by_s, unit="s", since_s=at_s, certain=True)
+            )
 
 
 def is_full(sample: MachineSample) -> bool:
@@ -309,11 +311,11 @@ class HostCheck(SubjectCheck):
     debounce = Debounce(confirm_s=0.0, heal_s=0.5)
     names = ("reachable: *",)
 
-    def find(self, story: Story) -> Mapping[str, Finding]:
+    def find(self, story: Story) -> Mapping[str, FaultFinding]:
         found = {}
         for host, event in story.lost_hosts().items():
             why = f": {event.event.reason}" if event.event.reason else ""
-            found[host] = Finding(
+            found[host] = FaultFinding(
                 seen=f"host {host} is {event.event.state}{why}",
                 processes=tuple(str(r["name"]) for r in story.rows if r.get("host") == host),
                 since_s=event.at_s,

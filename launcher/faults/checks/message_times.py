@@ -14,7 +14,7 @@ KEEP = 4000
 MOST_WAITING = 2000  # that are evaluated at once: in a flood, older ones are left out
 
 
-class MessageTimes:
+class SentTimes:
     """Those of one expectation: the counted ones, or those that satisfy its conditions."""
 
     def __init__(self, expectation: Expectation) -> None:

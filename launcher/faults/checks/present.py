@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 from launcher.faults.checks.check import ExpectationCheck, absence
-from launcher.faults.model.fault import Finding
+from launcher.faults.model.fault import FaultFinding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
@@ -28,7 +28,7 @@ class GraphCheck(ExpectationCheck):
         self._holds = Decision.OPEN if expectation.get("absent") else Decision.MET
         super().__init__(expectation, judge(self._now, Facts()).expected)
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         graph = story.graph
         if graph is None:
             return False, None
@@ -50,7 +50,7 @@ class GraphCheck(ExpectationCheck):
         )
         return judge(self._now, facts)
 
-    def _finding(self, story: Story, verdict: Verdict) -> Finding | None:
+    def _finding(self, story: Story, verdict: Verdict) -> FaultFinding | None:
         if verdict.outcome is self._holds:
             return None
         subject = str(self.expectation.subject)
@@ -61,7 +61,7 @@ class GraphCheck(ExpectationCheck):
         else:
             nodes = story.publishers(subject)
             processes, topics = story.processes_of(nodes), (subject,)
-        return Finding(
+        return FaultFinding(
             seen=_NEVER.sub("it is not there", verdict.seen),
             processes=processes,
             nodes=nodes,
@@ -80,7 +80,7 @@ class AnswerCheck(ExpectationCheck):
         super().__init__(expectation, judge(self._now, Facts()).expected)
         self._last: QueryAnswer | None = None
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         answers = story.facts.answers.get(self.expectation.key, ())
         if answers:
             self._last = answers[-1]
@@ -97,7 +97,7 @@ class AnswerCheck(ExpectationCheck):
         if self._last.error is not None:
             return False, None  # whether the node is there is another question
         node = str(self.expectation.get("node"))
-        return True, Finding(
+        return True, FaultFinding(
             seen=f"{self.expectation.subject} is {self._last.value!r}",
             nodes=(node,),
             processes=story.processes_of([node]),
@@ -112,7 +112,7 @@ class ProcessCheck(ExpectationCheck):
     def __init__(self, expectation: Expectation) -> None:
         super().__init__(expectation, f"process {expectation.subject} runs")
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         pattern = str(self.expectation.subject)
         if (absent := absence(pattern, story)) is not None:
             return True, absent
@@ -124,4 +124,4 @@ class ProcessCheck(ExpectationCheck):
             return True, None
         names = tuple(str(row["name"]) for row in bad)
         text = ", ".join(f"{row['name']} is {row['state'].lower()}" for row in bad)
-        return True, Finding(seen=text, processes=names)
+        return True, FaultFinding(seen=text, processes=names)

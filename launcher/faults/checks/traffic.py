@@ -8,8 +8,8 @@ from typing import Any
 
 from launcher.base.document.quantities import NumberRange, seconds_text
 from launcher.faults.checks.check import ExpectationCheck
-from launcher.faults.checks.message_times import MessageTimes
-from launcher.faults.model.fault import Finding
+from launcher.faults.checks.message_times import SentTimes
+from launcher.faults.model.fault import FaultFinding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import START, Expectation
@@ -34,14 +34,16 @@ class TrafficCheck(ExpectationCheck):
         now = replace(expectation, within=None, after=START)
         super().__init__(expectation, judge(now, Facts()).expected)
         self.topic = str(expectation.subject)
-        self.times = MessageTimes(expectation)
+        self.times = SentTimes(expectation)
 
-    def found(self, story: Story, seen: str, **more: Any) -> Finding:
+    def found(self, story: Story, seen: str, **more: Any) -> FaultFinding:
         nodes = story.publishers(self.topic)
         processes = story.processes_of(nodes)
-        return Finding(seen=seen, nodes=nodes, topics=(self.topic,), processes=processes, **more)
+        return FaultFinding(
+            seen=seen, nodes=nodes, topics=(self.topic,), processes=processes, **more
+        )
 
-    def silence(self, story: Story, limit_s: float) -> Finding | None:
+    def silence(self, story: Story, limit_s: float) -> FaultFinding | None:
         """That nothing has come for longer than this."""
         last_s, silent_s = self.times.last_s(story), self.times.silent_s(story)
         if last_s is None or silent_s is None:
@@ -64,7 +66,7 @@ class RateCheck(TrafficCheck):
         self.window_s = SHORTEST_S if low <= 0 else max(SHORTEST_S, MESSAGES / low)
         self._since_s: float | None = None  # from when on its messages are known
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         if not self.times.take(story):
             return False, None
         if self.times.refusal is not None:
@@ -81,7 +83,7 @@ class RateCheck(TrafficCheck):
             return False, None  # the window is not full yet
         return True, self._off(story, times)
 
-    def _off(self, story: Story, times: list[float]) -> Finding | None:
+    def _off(self, story: Story, times: list[float]) -> FaultFinding | None:
         """The rate of the window, if it is wrong.
 
         It is that between the first and the last message, or that of all: the first is right for
@@ -110,7 +112,7 @@ class GapCheck(TrafficCheck):
         self._limit_s = float(expectation.get("below"))
         self._last_s: float | None = None
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         if not self.times.take(story):
             return False, None
         if self.times.refusal is not None:
@@ -135,7 +137,7 @@ class LatencyCheck(TrafficCheck):
 
     debounce = Debounce(confirm_s=0.7, heal_s=3.0)
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         if not self.times.take(story):
             return False, None
         if self.times.refusal is not None:

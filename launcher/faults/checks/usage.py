@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 
 from launcher.faults.checks.check import ExpectationCheck, absence
-from launcher.faults.model.fault import Finding
+from launcher.faults.model.fault import FaultFinding
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import Expectation
@@ -23,7 +23,7 @@ class UsageCheck(ExpectationCheck):
 
     debounce = Debounce(confirm_s=1.0, heal_s=5.0)
 
-    def absent(self, story: Story) -> Finding | None:
+    def absent(self, story: Story) -> FaultFinding | None:
         return absence(str(self.expectation.subject), story)
 
     def running(self, story: Story) -> list[str]:
@@ -55,7 +55,7 @@ class CpuCheck(UsageCheck):
         limits += [f"{self._peak:g} % at any moment"] if peak is not None else []
         super().__init__(expectation, f"CPU of {expectation.subject} below {', '.join(limits)}")
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         if (absent := self.absent(story)) is not None:
             return True, absent
         is_known, worst, seen = False, "", ""
@@ -71,7 +71,7 @@ class CpuCheck(UsageCheck):
                 seen = f"{name} {mean:.0f} % on average, {max(loads):.0f} % at most"
         if not worst:
             return is_known, None
-        return True, Finding(seen=seen, value=most, unit="%", processes=(worst,))
+        return True, FaultFinding(seen=seen, value=most, unit="%", processes=(worst,))
 
 
 class MemoryCheck(UsageCheck):
@@ -90,7 +90,7 @@ class MemoryCheck(UsageCheck):
             limits.append(f"grows by less than {self._growth * 60 / MIB:.3g} MB in a minute")
         super().__init__(expectation, f"memory of {expectation.subject} {' and '.join(limits)}")
 
-    def judge(self, story: Story) -> tuple[bool, Finding | None]:
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         if (absent := self.absent(story)) is not None:
             return True, absent
         for name in self.running(story):
@@ -98,12 +98,12 @@ class MemoryCheck(UsageCheck):
             size = None if row is None else row["uss_bytes"]
             if size is not None and size >= self._below:
                 seen = f"{name} has {size / MIB:.1f} MB"
-                return True, Finding(seen=seen, value=size / MIB, unit="MB", processes=(name,))
+                return True, FaultFinding(seen=seen, value=size / MIB, unit="MB", processes=(name,))
             if (finding := self._grown(story, name)) is not None:
                 return True, finding
         return True, None
 
-    def _grown(self, story: Story, name: str) -> Finding | None:
+    def _grown(self, story: Story, name: str) -> FaultFinding | None:
         series = [(at_s, rss) for at_s, _, rss in self.series(story, name, GROWTH_WINDOW_S) if rss]
         if len(series) < 3:
             return None
@@ -113,4 +113,6 @@ class MemoryCheck(UsageCheck):
             return None
         seen = f"{name} has grown by {(last - least) / MIB:.1f} MB in {last_s - least_s:.0f} s"
         rate = (last - least) / (last_s - least_s) * 60 / MIB
-        return Finding(seen=seen, value=rate, unit="MB/min", processes=(name,), since_s=least_s)
+        return FaultFinding(
+            seen=seen, value=rate, unit="MB/min", processes=(name,), since_s=least_s
+        )

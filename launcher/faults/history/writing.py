@@ -59,7 +59,7 @@ _SET_FAULT = (
 _Row = tuple[object, ...]
 
 
-class History:
+class FaultHistory:
     """The history in the folder of all runs, as the watcher of one run writes it.
 
     `note` gets a sentence, once, if it cannot be written; it may be called in another thread.

@@ -15,7 +15,7 @@ from launcher.base import strict_json, text_file
 from launcher.base.errors import LauncherError
 from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_event import Entry
-from launcher.faults.incident.fields import Fields
+from launcher.faults.incident.fields import DocumentFields
 from launcher.faults.incident.redaction import document_without_secrets
 
 FORMAT = 1
@@ -142,7 +142,7 @@ def from_value(value: object) -> IncidentDocument:
         raise IncidentError("it is not a JSON object")
     raw = document_without_secrets(value)
     problems: list[str] = []
-    doc = Fields(raw, "", problems)
+    doc = DocumentFields(raw, "", problems)
     _check_format(doc)
     faults = tuple(_fault(one) for one in doc.objects("faults", MAX_FAULTS))
     first_s = min((one.first_s for one in faults if one.first_s is not None), default=0.0)
@@ -178,7 +178,7 @@ def from_value(value: object) -> IncidentDocument:
     )
 
 
-def _check_format(doc: Fields) -> None:
+def _check_format(doc: DocumentFields) -> None:
     number = doc.whole("format", FORMAT)
     if number > FORMAT:
         text = f"format {number} is newer than {FORMAT}: what is new in it is not shown"
@@ -200,7 +200,7 @@ def _title_of(given: str, faults: tuple[ReportedFault, ...]) -> str:
     return root.cause or ": ".join(filter(None, [root.fault, root.seen]))
 
 
-def _fault(doc: Fields) -> ReportedFault:
+def _fault(doc: DocumentFields) -> ReportedFault:
     return ReportedFault(
         fault=doc.text("fault") or doc.text("expectation") or "a fault without a name",
         kind=doc.text("kind"),
@@ -225,20 +225,22 @@ def _fault(doc: Fields) -> ReportedFault:
     )
 
 
-def _notes(doc: Fields) -> list[str]:
+def _notes(doc: DocumentFields) -> list[str]:
     notes = []
     for key in ("acknowledged", "muted"):
         if isinstance(doc.value.get(key), Mapping):
-            reason = Fields(doc.value[key], f"{doc.place}.{key}", doc.problems).optional("reason")
+            reason = DocumentFields(doc.value[key], f"{doc.place}.{key}", doc.problems).optional(
+                "reason"
+            )
             notes.append(f"{key}: {reason}" if reason else key)
     return notes
 
 
-def _cause(doc: Fields) -> ReportedCause:
+def _cause(doc: DocumentFields) -> ReportedCause:
     return ReportedCause(rule=doc.text("rule"), text=doc.text("text"), at_s=doc.time("at_s"))
 
 
-def _topic(doc: Fields) -> ReportedTopic:
+def _topic(doc: DocumentFields) -> ReportedTopic:
     return ReportedTopic(
         type=doc.text("type"),
         expected=doc.optional("expected"),
@@ -247,7 +249,7 @@ def _topic(doc: Fields) -> ReportedTopic:
     )
 
 
-def _line(doc: Fields) -> ReportedLine:
+def _line(doc: DocumentFields) -> ReportedLine:
     return ReportedLine(
         wall_s=doc.time("wall_s") or 0.0, process=doc.optional("process"), text=doc.text("text")
     )

@@ -15,7 +15,7 @@ _MOST_PROBLEMS = 50
 _NOTHING: Mapping[str, Any] = {}
 
 
-class Fields:
+class DocumentFields:
     """The fields of one object. `place` names it in `problems`."""
 
     def __init__(self, value: object, place: str, problems: list[str]) -> None:
@@ -75,18 +75,21 @@ class Fields:
             self._wrong(key, found, "a list of texts")
         return tuple(clipped(one, MAX_TEXT) for one in found if isinstance(one, str))
 
-    def objects(self, key: str, most: int) -> Iterator[Fields]:
+    def objects(self, key: str, most: int) -> Iterator[DocumentFields]:
         for number, one in enumerate(self.items(key, most)):
             place = f"{self._named(key)}[{number}]"
             if isinstance(one, Mapping):
-                yield Fields(one, place, self.problems)
+                yield DocumentFields(one, place, self.problems)
             else:
                 self._note(f"{place}: {_short(one)} is not an object")
 
-    def children(self, key: str) -> Iterator[tuple[str, Fields]]:
+    def children(self, key: str) -> Iterator[tuple[str, DocumentFields]]:
         """The objects of an object, by their names."""
         for name, one in self.mapping(key).items():
-            yield str(name)[:MAX_NAME], Fields(one, f"{self._named(key)}[{name}]", self.problems)
+            yield (
+                str(name)[:MAX_NAME],
+                DocumentFields(one, f"{self._named(key)}[{name}]", self.problems),
+            )
 
     def times(self, key: str, most: int) -> tuple[float, ...]:
         """Times, sorted."""

@@ -10,7 +10,7 @@ from launcher.faults.model.fault_life import Debounce, FaultLife, FaultState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class FaultFinding:
     """What was seen instead of what is expected, now; whom it concerns.
 
     `since_s`: since when, in time of the run; `certain`: it needs no confirmation; `times`: how
@@ -55,7 +55,7 @@ class Fault:
 
     origin: FaultOrigin
     life: FaultLife
-    finding: Finding
+    finding: FaultFinding
     lines: tuple[str, ...] = ()
     cause: str | None = None
     rule: str | None = None
@@ -65,7 +65,7 @@ class Fault:
     muted: dict[str, Any] | None = None
 
     @classmethod
-    def of(cls, origin: FaultOrigin, debounce: Debounce, finding: Finding) -> Fault:
+    def of(cls, origin: FaultOrigin, debounce: Debounce, finding: FaultFinding) -> Fault:
         return cls(origin, FaultLife(debounce), finding)
 
     @classmethod
@@ -80,7 +80,7 @@ class Fault:
             **{name: document[name] for name in ("fault", "expectation", "kind", "expected")},
             place=document["place"],
         )
-        finding = Finding(
+        finding = FaultFinding(
             **{name: document[name] for name in ("seen", "value", "unit", "message")},
             processes=tuple(document["processes"]),
             nodes=tuple(document["nodes"]),

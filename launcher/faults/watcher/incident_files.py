@@ -13,7 +13,7 @@ from launcher.base.model.run_event import fields_of
 from launcher.base.model.run_events import SnapshotWritten
 from launcher.faults.causes.grouping import Incident
 from launcher.faults.watcher.machine_facts import MachineSample
-from launcher.faults.watcher.story import KEEP_S, Arrivals, Story
+from launcher.faults.watcher.story import KEEP_S, Story, TopicArrivals
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
 
 FOLDER = "incidents"
@@ -152,7 +152,7 @@ def _span(incident: Incident, story: Story) -> tuple[float, float]:
 def _traffic(
     topic: str, story: Story, expected: str, from_s: float, wall: WallOf
 ) -> dict[str, Any]:
-    arrivals = story.arrivals.get(topic, Arrivals())
+    arrivals = story.arrivals.get(topic, TopicArrivals())
     times = [round(wall(at_s), 4) for at_s in arrivals.received if at_s >= from_s]
     delays = [[round(wall(a), 4), round(s, 6)] for a, s in arrivals.delays if a >= from_s]
     types = [end.type for end in story.endpoints(topic)]

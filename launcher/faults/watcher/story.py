@@ -34,7 +34,7 @@ Row = Mapping[str, Any]
 
 
 @dataclass(slots=True)
-class Arrivals:
+class TopicArrivals:
     """When messages of a topic came: received and sent in time of the run, delays in seconds.
 
     A delay is from the stamp of the header, or from the publisher's time, to the reception.
@@ -115,7 +115,7 @@ class Story:
         self.rows_s = 0.0  # when they were answered
         self.lines: deque[LogLine] = deque(maxlen=KEEP_LINES)
         self.graphs: deque[tuple[float, dict[str, Any]]] = deque(maxlen=KEEP_GRAPHS)
-        self.arrivals: dict[str, Arrivals] = {}
+        self.arrivals: dict[str, TopicArrivals] = {}
         self.samples: dict[str, deque[tuple[float, float | None, int | None]]] = {}
         self.machine: deque[MachineSample] = deque(maxlen=KEEP_MACHINE)
         self.stops = StopWatch()

@@ -8,7 +8,7 @@ from typing import Any
 
 from launcher.base.errors import LauncherError
 from launcher.faults.watcher.observations import Observations
-from launcher.faults.watcher.story import Arrivals, Story
+from launcher.faults.watcher.story import Story, TopicArrivals
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.observe.probe_client import ProbeClient
 from launcher.smoke.run.probe_requests import subscribed
@@ -77,12 +77,12 @@ class TopicWatch:
             new, self._new = self._new, []
         for key, one, offset_s, asked_s in new:
             if (topic := self._topics.get(key)) is not None:
-                known = story.arrivals.setdefault(topic, Arrivals())
+                known = story.arrivals.setdefault(topic, TopicArrivals())
                 known.known_s = asked_s
                 if one.get("state") != "waiting":
                     self._add(known, one, offset_s)
 
-    def _add(self, known: Arrivals, one: dict[str, Any], offset_s: float) -> None:
+    def _add(self, known: TopicArrivals, one: dict[str, Any], offset_s: float) -> None:
         received = [self._observations.of_monotonic(at_s) for at_s in one["mono"]]
         known.add(received, [sent_s - offset_s for sent_s in one["sent"]])
         stamps = one.get("stamp") or one["sent"]

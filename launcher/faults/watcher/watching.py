@@ -16,7 +16,7 @@ from launcher.control.client import Connection
 from launcher.faults.checks.check import Check
 from launcher.faults.checks.live_checks import checks_of, implied_checks, watched
 from launcher.faults.history.versions import FilesVersion, of_launch
-from launcher.faults.history.writing import History
+from launcher.faults.history.writing import FaultHistory
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.fault_table import FaultTable
 from launcher.faults.watcher.incident_files import IncidentFiles, first_number
@@ -61,7 +61,7 @@ class WatchSettings:
     expect: str | None = None
 
 
-class Watching:
+class Watcher:
     """`say` writes a line for the launcher; `requests` are its lines."""
 
     def __init__(self, settings: WatchSettings, requests: queue.SimpleQueue[Any], say: Say) -> None:
@@ -74,7 +74,7 @@ class Watching:
         self._story = Story()
         self._machine = MachineReader(settings.run_folder)
         self._table = FaultTable(self._report, first_number(settings.run_folder))
-        self._history: History | None = None
+        self._history: FaultHistory | None = None
         self._versions: dict[str, str | None] = {}
         self._probe: ProbeClient | None = None
         self._probe_starts = 0
@@ -132,7 +132,7 @@ class Watching:
         self._files = IncidentFiles(folder, head, self._observations.wall_of, self._note)
         if folder is None:
             return
-        self._history = history = History(os.path.dirname(folder), self._note)
+        self._history = history = FaultHistory(os.path.dirname(folder), self._note)
         self._table.mutes.update(history.mutes_of(target))
         history.begin_run(
             run=run["id"],

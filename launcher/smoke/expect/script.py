@@ -120,7 +120,7 @@ class Script:
         )
 
     def with_expectations(self, expectations: Iterable[Expectation]) -> Script:
-        """The same with these in place of its own."""
+        """The same with these in place of the expectations that it has."""
         return replace(self, expectations=tuple(expectations))
 
     def completed(self) -> Script:

@@ -29,7 +29,7 @@ _TOPIC = r"/\S*[^\s/]"
 _SIZE = rf"{NUMBER} *[KMG]?i?B?"
 
 
-class Argument(Record):
+class InjectionArgument(Record):
     """A word behind the kind of an injection; ValueError from `read` if it is none."""
 
     name: str
@@ -44,7 +44,7 @@ class InjectionKind(Record):
 
     name: str
     example: str
-    arguments: tuple[Argument, ...] = ()
+    arguments: tuple[InjectionArgument, ...] = ()
     lasts: bool = True
     on_machine: bool = False
 
@@ -97,39 +97,39 @@ def _cores(word: str) -> int:
     return int(word)
 
 
-_TOPIC_NAME = Argument("topic", "TOPIC", _TOPIC, _topic)
+_TOPIC_NAME = InjectionArgument("topic", "TOPIC", _TOPIC, _topic)
 _KINDS = (
     InjectionKind("pause", "robot_1 pause for 3 s"),
     InjectionKind(
-        "slow", "robot_1 slow 4 for 5 s", (Argument("factor", "FACTOR", NUMBER, _factor),)
+        "slow", "robot_1 slow 4 for 5 s", (InjectionArgument("factor", "FACTOR", NUMBER, _factor),)
     ),
     InjectionKind("kill", "robot_1 kill", lasts=False),
     InjectionKind(
         "drop",
         "robot_1 drop /robot_1/scan 50 % for 5 s",
-        (_TOPIC_NAME, Argument("percent", "PERCENT", rf"{NUMBER} *%?", _percent, False)),
+        (_TOPIC_NAME, InjectionArgument("percent", "PERCENT", rf"{NUMBER} *%?", _percent, False)),
     ),
     InjectionKind(
         "delay",
         "robot_1 delay /robot_1/scan 200 ms for 5 s",
-        (_TOPIC_NAME, Argument("delay_s", "MS", rf"{NUMBER} *(?:ms|s)?", _delay_s)),
+        (_TOPIC_NAME, InjectionArgument("delay_s", "MS", rf"{NUMBER} *(?:ms|s)?", _delay_s)),
     ),
     InjectionKind(
         "cpu",
         "robot_1 cpu 2 for 5 s",
-        (Argument("cores", "CORES", "[1-9][0-9]*", _cores, False),),
+        (InjectionArgument("cores", "CORES", "[1-9][0-9]*", _cores, False),),
         on_machine=True,
     ),
     InjectionKind(
         "memory",
         "robot_1 memory 200 MB for 5 s",
-        (Argument("size", "SIZE", _SIZE, SIZE.parse),),
+        (InjectionArgument("size", "SIZE", _SIZE, SIZE.parse),),
         on_machine=True,
     ),
     InjectionKind(
         "disk",
         "machine disk for 5 s",
-        (Argument("leave", "LEAVE", _SIZE, SIZE.parse, False),),
+        (InjectionArgument("leave", "LEAVE", _SIZE, SIZE.parse, False),),
         on_machine=True,
     ),
 )

@@ -301,7 +301,7 @@ def _begin(request: VerbRequest, injections: Injections, text: str) -> None:
         raise BadCallError("bad-option", str(error), error.hint) from None
     for known in filter(None, targets):
         refuse_part("inject", names, known.spec)
-    answers = _Answers(request, len(targets))
+    answers = _InjectionAnswers(request, len(targets))
     for process in targets:
         try:
             answers.begin(injections, injection, process)
@@ -311,7 +311,7 @@ def _begin(request: VerbRequest, injections: Injections, text: str) -> None:
             answers.add({"name": _name(process), "injection": text}, error.message)
 
 
-class _Answers:
+class _InjectionAnswers:
     """The answer to one request, when all of its processes have theirs."""
 
     def __init__(self, request: VerbRequest, count: int) -> None:

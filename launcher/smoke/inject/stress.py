@@ -37,11 +37,11 @@ SPARE_PART = 20  # of all memory, which stays free: a twentieth
 _IN_MEMORY = ("tmpfs", "ramfs")
 
 
-class RefusedError(Exception):
+class StressRefusedError(Exception):
     """What is requested cannot be done, or would harm the machine."""
 
 
-class Input:
+class StressInput:
     """The end of the input, or of the time, ends everything."""
 
     def __init__(self, for_s: float) -> None:
@@ -54,7 +54,7 @@ class Input:
         return bool(readable) or left_s <= 0.0
 
 
-def slow(request: dict[str, Any], over: Input) -> None:
+def slow(request: dict[str, Any], over: StressInput) -> None:
     """Let a process group run for one part of `factor` of the time.
 
     How long it is suspended follows from how long it really ran, so that a late wake-up does not
@@ -79,10 +79,10 @@ def slow(request: dict[str, Any], over: Input) -> None:
             os.killpg(group, signal.SIGCONT)
 
 
-def cpu(request: dict[str, Any], over: Input) -> None:
+def cpu(request: dict[str, Any], over: StressInput) -> None:
     """Keep `cores` processors busy, where the process may run, and with its priority.
 
-    RefusedError if these are too many for where it may run.
+    StressRefusedError if these are too many for where it may run.
     """
     pid = request["pid"]
     if pid is not None:
@@ -92,7 +92,7 @@ def cpu(request: dict[str, Any], over: Input) -> None:
     available = len(os.sched_getaffinity(0))
     cores = request.get("cores") or available
     if problem := excess(cores, available):
-        raise RefusedError(f"cpu: {problem}")
+        raise StressRefusedError(f"cpu: {problem}")
     begins()
     burners: list[int] = []
     # Until all are there they wait for the end of this pipe: those that burn already would leave
@@ -128,8 +128,8 @@ def _burner(waiting: int, begin: int) -> int:
         os._exit(0)
 
 
-def memory(request: dict[str, Any], over: Input) -> None:
-    """Use `size` bytes of memory; RefusedError if the machine does not have them."""
+def memory(request: dict[str, Any], over: StressInput) -> None:
+    """Use `size` bytes of memory; StressRefusedError if the machine does not have them."""
     size = request["size"]
     refuse_memory(size, "memory")
     adjust = "/proc/self/oom_score_adj"  # if it gets scarce, this is killed before others
@@ -138,7 +138,7 @@ def memory(request: dict[str, Any], over: Input) -> None:
     try:
         used = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     except (OSError, ValueError, OverflowError) as error:
-        raise RefusedError(f"cannot get {megabytes(size)}: {error}") from None
+        raise StressRefusedError(f"cannot get {megabytes(size)}: {error}") from None
     begins()
     content = b"\x01" * CHUNK_BYTES
     for begin in range(0, size, CHUNK_BYTES):
@@ -151,7 +151,7 @@ def memory(request: dict[str, Any], over: Input) -> None:
 
 
 def refuse_memory(size: int, what: str) -> None:
-    """RefusedError if so much is not available: the kernel would kill something."""
+    """StressRefusedError if so much is not available: the kernel would kill something."""
     facts = {}
     with open("/proc/meminfo", encoding="ascii") as file:
         for line in file:
@@ -160,7 +160,7 @@ def refuse_memory(size: int, what: str) -> None:
     available = min(facts["MemAvailable"], *_left_in_groups())
     spare = facts["MemTotal"] // SPARE_PART
     if size > available - spare:
-        raise RefusedError(
+        raise StressRefusedError(
             f"{what}: {megabytes(size)} would make the kernel kill processes: "
             f"{megabytes(available)} are available, of which {megabytes(spare)} stay free"
         )
@@ -190,7 +190,7 @@ def _number_in(path: str) -> int:
         return int(file.read())
 
 
-def disk(request: dict[str, Any], over: Input) -> None:
+def disk(request: dict[str, Any], over: StressInput) -> None:
     """Fill the file system of `folder` up to `leave` bytes, with a file that has no name."""
     folder, leave = request["folder"], request.get("leave", 0)
     descriptor = _nameless_file(folder)
@@ -209,13 +209,13 @@ def _nameless_file(folder: str) -> int:
         return os.open(folder, os.O_TMPFILE | os.O_WRONLY, 0o600)
     except OSError as error:
         if error.errno not in (errno.EOPNOTSUPP, errno.EISDIR):
-            raise RefusedError(f"cannot write in {folder}: {error.strerror}") from None
+            raise StressRefusedError(f"cannot write in {folder}: {error.strerror}") from None
     descriptor, path = tempfile.mkstemp(dir=folder)
     os.unlink(path)
     return descriptor
 
 
-def _grow(descriptor: int, size: int, leave: int, over: Input) -> int:
+def _grow(descriptor: int, size: int, leave: int, over: StressInput) -> int:
     """Let the file take what is free; its new size. The C library writes where it must."""
     step = STEP_BYTES
     while step >= BLOCK_BYTES and not over.is_over():
@@ -226,7 +226,9 @@ def _grow(descriptor: int, size: int, leave: int, over: Input) -> int:
             os.posix_fallocate(descriptor, size, step)
         except OSError as error:
             if error.errno == errno.EFBIG:
-                raise RefusedError(f"a file may not be larger than {megabytes(size)}") from None
+                raise StressRefusedError(
+                    f"a file may not be larger than {megabytes(size)}"
+                ) from None
             step //= 2
         else:
             size += step
@@ -286,8 +288,8 @@ def main() -> None:
         line += more
     request = strict_json.unpacked(line)
     try:
-        WORKS[request["kind"]](request, Input(request["for_s"]))
-    except RefusedError as error:
+        WORKS[request["kind"]](request, StressInput(request["for_s"]))
+    except StressRefusedError as error:
         _say({"error": str(error)})
     except OSError as error:
         _say({"error": str(error)})

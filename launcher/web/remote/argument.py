@@ -30,7 +30,7 @@ _EXPECTED = {
 _BY_METAVAR = {"S": "seconds", "N": "count"}
 
 
-class Argument(Record):
+class ToolArgument(Record):
     """`kind` is one of the control protocol's (`Option.kind`), or `texts`, a list of them.
 
     `default` is used, and shown, where the argument is absent; a number is at most `most`; of
@@ -46,7 +46,7 @@ class Argument(Record):
     most: int | None = None
 
     @classmethod
-    def of(cls, option: Option) -> Argument:
+    def of(cls, option: Option) -> ToolArgument:
         """An option in a request to the control socket."""
         help_text = option.help
         if option.is_flag and option.value is False:  # `--no-wait` sets `wait` to false
@@ -54,7 +54,7 @@ class Argument(Record):
         return cls(option.name, option.kind, help_text, choices=option.choices)
 
     @classmethod
-    def of_words(cls, option: Option) -> Argument:
+    def of_words(cls, option: Option) -> ToolArgument:
         """An option or argument of a command line."""
         found = cls.of(option)
         kind = "flag" if option.is_flag else _BY_METAVAR.get(option.metavar, "text")

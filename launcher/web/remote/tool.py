@@ -9,7 +9,7 @@ from launcher.base.command_help import sentence
 from launcher.base.model.record import Record, replace
 from launcher.base.run_verb import BadCallError, Verb
 from launcher.base.text import did_you_mean
-from launcher.web.remote.argument import Argument
+from launcher.web.remote.argument import ToolArgument
 
 RUN = "run"  # the argument that chooses a run
 
@@ -24,7 +24,7 @@ class Tool(Record):
 
     name: str
     help: str
-    arguments: tuple[Argument, ...]
+    arguments: tuple[ToolArgument, ...]
     is_read_only: bool
     limit_s: float
     verb: Verb | None = None

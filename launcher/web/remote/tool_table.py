@@ -15,7 +15,7 @@ from launcher.base.run_verb import FOR_ALL, TEXT, Verb
 from launcher.base.verb_table import module_of
 from launcher.control import verb as control_verb
 from launcher.control import verbs
-from launcher.web.remote.argument import Argument
+from launcher.web.remote.argument import ToolArgument
 from launcher.web.remote.tool import RUN, Tool
 
 LIMIT_S = 120.0  # for a request to a run
@@ -78,7 +78,7 @@ def tools(*, read_only: bool = False, chooses_run: bool = True) -> dict[str, Too
     """
     offered = [_of_verb(verb, read_only=read_only) for verb in verbs.VERBS if is_offered(verb)]
     offered += [_of_shell(row) for row in _SHELL if chooses_run or row.name != "runs"]
-    choice = Argument(RUN, "text", "id, pid or target of the run, if several are active")
+    choice = ToolArgument(RUN, "text", "id, pid or target of the run, if several are active")
     found = {}
     for tool in offered:
         if tool.is_read_only or not read_only:
@@ -102,11 +102,13 @@ def _of_verb(verb: Verb, *, read_only: bool) -> Tool:
     ]
     arguments = [*_names(verb), *map(_of_option, kept)]
     if verb.rest is not None:  # its choices are those of the first word
-        rest = replace(Argument.of(verb.rest), choices=(), is_required=verb.rest == TEXT)
+        rest = replace(ToolArgument.of(verb.rest), choices=(), is_required=verb.rest == TEXT)
         arguments.append(rest)
     if verb.streams:
         help_text = "how many of the last entries are wanted"
-        arguments.append(Argument(LIMIT, "count", help_text, default=_USUAL_ITEMS, most=MOST_ITEMS))
+        arguments.append(
+            ToolArgument(LIMIT, "count", help_text, default=_USUAL_ITEMS, most=MOST_ITEMS)
+        )
     changing = verb.changing if verb.name in verbs.READ_ONLY and not is_read_only else ()
     return Tool(
         verb.name,
@@ -124,11 +126,11 @@ def _about(verb: Verb) -> str:
     return control_verb.NAMES.replace("\n", " ") if verb.names != "none" else ""
 
 
-def _of_option(option: Option) -> Argument:
-    return replace(Argument.of(option), is_required=option == TEXT)
+def _of_option(option: Option) -> ToolArgument:
+    return replace(ToolArgument.of(option), is_required=option == TEXT)
 
 
-def _names(verb: Verb) -> list[Argument]:
+def _names(verb: Verb) -> list[ToolArgument]:
     if verb.names == "none":
         return []
     is_required = verb.names in ("one", "some")
@@ -139,7 +141,7 @@ def _names(verb: Verb) -> list[Argument]:
         "some": f"the processes; {FOR_ALL}",
         "any": "the processes; without it, all",
     }[verb.names]
-    return [Argument("names", "texts", help_text, is_required, most=most)]
+    return [ToolArgument("names", "texts", help_text, is_required, most=most)]
 
 
 def command_of(name: str) -> Command:
@@ -158,8 +160,8 @@ def _of_shell(row: _ShellRow) -> Tool:
     return Tool(row.name, command.help, tuple(arguments), True, row.limit_s, flags=flags)
 
 
-def _limited(option: Option, row: _ShellRow) -> Argument:
-    found = Argument.of_words(option)
+def _limited(option: Option, row: _ShellRow) -> ToolArgument:
+    found = ToolArgument.of_words(option)
     if option.name != row.timeout:
         return found
     return replace(found, default=USUAL_WAIT_S, most=LONGEST_WAIT_S, help="give up after S seconds")

@@ -11,9 +11,9 @@ from launcher.faults.causes.rules import cause_of
 from launcher.faults.checks.check import Check, Found
 from launcher.faults.checks.implied import HostCheck, SuspensionCheck
 from launcher.faults.checks.traffic import RateCheck
-from launcher.faults.model.fault import Fault, FaultOrigin, Finding
+from launcher.faults.model.fault import Fault, FaultFinding, FaultOrigin
 from launcher.faults.watcher.fault_table import FaultTable
-from launcher.faults.watcher.story import KEEP_S, Arrivals, Story
+from launcher.faults.watcher.story import KEEP_S, Story, TopicArrivals
 from launcher.smoke.observe.facts import Facts, ProcessEvent
 
 
@@ -48,7 +48,7 @@ class FaultsOfHosts:
             self.table.take(self._hosts, found, self.story)
         if silent is not None:
             origin = FaultOrigin(fault="rate", expectation="rate", kind="rate", expected="10 Hz")
-            finding = Finding(seen="silent", processes=(silent,), value=0.0, since_s=now_s - 2)
+            finding = FaultFinding(seen="silent", processes=(silent,), value=0.0, since_s=now_s - 2)
             self.table.take(self._rate, Found(origin, finding), self.story)
         self.table.decide(self.story)
 
@@ -103,7 +103,7 @@ def test_a_death_that_is_reported_is_not_explained_by_the_link():
     run.story.take_rows([row("a-1", 77, "bot", 9.0)], 100.0)
     run.look(100.0, link(100.0, "unreachable"))
     origin = FaultOrigin(fault="x", expectation="x", kind="no deaths", expected="")
-    fault = Fault.of(origin, HostCheck.debounce, Finding(seen="died", processes=("a-1",)))
+    fault = Fault.of(origin, HostCheck.debounce, FaultFinding(seen="died", processes=("a-1",)))
     fault.life.violated(100.0)
     cause = cause_of(fault, run.story)
     assert cause is None or cause.rule != "lost link"
@@ -120,7 +120,7 @@ def test_a_process_that_its_host_has_stopped_without_the_link_is_missing_for_tha
     )
     story.take(Facts(now_s=31.0, events=events))
     origin = FaultOrigin(fault="x", expectation="x", kind="node", expected="")
-    finding = Finding(seen="it is not there", processes=("a-1",), guess="it has ended")
+    finding = FaultFinding(seen="it is not there", processes=("a-1",), guess="it has ended")
     fault = Fault.of(origin, RateCheck.debounce, finding)
     fault.life.violated(31.0)
     cause = cause_of(fault, story)
@@ -150,7 +150,7 @@ def test_a_busy_machine_explains_what_is_late_elsewhere_unless_the_host_turns_ou
 
 @pytest.mark.parametrize("ahead_s", [-30.0, -2.0, 0.0, 2.0, 30.0])
 def test_times_of_a_publisher_with_another_clock_are_those_of_this_machine(ahead_s: float):
-    arrivals = Arrivals()
+    arrivals = TopicArrivals()
     for number in range(30):
         sent_s = 100.0 + number / 10
         arrivals.add([sent_s + 0.01 + number % 3 / 100], [sent_s + ahead_s])
@@ -169,10 +169,10 @@ def test_a_clock_that_is_behind_explains_late_messages_of_its_host(
     story = Story()
     story.take_rows([row("a-1", 77, host)], 9.0)
     story.take(Facts(now_s=10.0))
-    story.arrivals["/a"] = arrivals = Arrivals()
+    story.arrivals["/a"] = arrivals = TopicArrivals()
     arrivals.add([9.0, 9.1], [9.0 - behind_s, 9.1 - behind_s])
     origin = FaultOrigin(fault="x", expectation="x", kind="latency", expected="")
-    finding = Finding(seen="late", processes=("a-1",), topics=("/a",))
+    finding = FaultFinding(seen="late", processes=("a-1",), topics=("/a",))
     fault = Fault.of(origin, RateCheck.debounce, finding)
     fault.life.violated(10.0)
     cause = cause_of(fault, story)
@@ -180,7 +180,7 @@ def test_a_clock_that_is_behind_explains_late_messages_of_its_host(
 
 
 def test_messages_that_come_late_together_count_when_they_were_sent():
-    arrivals = Arrivals()
+    arrivals = TopicArrivals()
     for number in range(20):
         arrivals.add([100.01 + number / 10], [100.0 + number / 10])
     arrivals.add([103.5] * 5, [102.0 + number / 10 for number in range(5)])

@@ -17,7 +17,7 @@ from launcher.base.errors import LauncherError
 from launcher.faults.history import database, listing, writing
 from launcher.faults.history.reading import histories, summaries
 from launcher.faults.history.versions import FilesVersion, described, of_launch
-from launcher.faults.history.writing import History
+from launcher.faults.history.writing import FaultHistory
 from tests.support.json_forms import fit
 from tests.support.verbs import in_process
 from tests.support.waiting import wait_until
@@ -48,8 +48,8 @@ def fault(name: str = "robot_1 reports", count: int = 1, **more: Any) -> dict[st
     }
 
 
-def begun(folder: Path, run: str, notes: list[str], **more: Any) -> History:
-    history = History(str(folder), notes.append)
+def begun(folder: Path, run: str, notes: list[str], **more: Any) -> FaultHistory:
+    history = FaultHistory(str(folder), notes.append)
     version = more.pop("version", FilesVersion("ab" * 32, "v1-2-gabc"))
     settings = {
         "target": TARGET,

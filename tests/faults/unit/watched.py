@@ -11,7 +11,7 @@ from launcher.faults.checks.live_checks import checks_of, implied_checks, watche
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.fault_table import FaultTable
 from launcher.faults.watcher.machine_facts import MachineSample
-from launcher.faults.watcher.story import Arrivals, Story
+from launcher.faults.watcher.story import Story, TopicArrivals
 from launcher.ros.snapshot.ros_graph import Endpoint
 from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, ProcessEvent
 from launcher.smoke.observe.probe_client import snapshot_of
@@ -92,7 +92,7 @@ class WatchedRun:
 
     def arrive(self, topic: str, *times_s: float, delay_s: float = 0.0) -> None:
         """Counted messages that were sent at these times."""
-        known = self.story.arrivals.setdefault(topic, Arrivals())
+        known = self.story.arrivals.setdefault(topic, TopicArrivals())
         known.received.extend(one + delay_s for one in times_s)
         known.sent.extend(times_s)
         known.delays.extend((one + delay_s, delay_s) for one in times_s)

@@ -24,8 +24,8 @@ def test_more_than_a_few_for_each_processor_are_refused(monkeypatch):
     with pytest.raises(LauncherError, match=says):
         parse("{every: 1 s, injections: [{inject: machine cpu 33}]}", "a")
     request = {"pid": None, "cores": 33, "kind": "cpu", "for_s": 5.0}
-    with pytest.raises(stress.RefusedError, match=says):
-        stress.cpu(request, stress.Input(5.0))
+    with pytest.raises(stress.StressRefusedError, match=says):
+        stress.cpu(request, stress.StressInput(5.0))
     assert processors.excess(32, 2) == ""
 
 
@@ -50,7 +50,7 @@ def test_burners_are_not_made_after_the_end(monkeypatch):
     made: list[int] = []
     monkeypatch.setattr(stress, "_burner", lambda waiting, begin: made.append(1))
     monkeypatch.setattr(stress, "ready", lambda: pytest.fail("it was over before"))
-    stress.cpu({"pid": None, "cores": 2}, stress.Input(-stress.SPARE_S))
+    stress.cpu({"pid": None, "cores": 2}, stress.StressInput(-stress.SPARE_S))
     assert made == []
 
 

@@ -10,7 +10,7 @@ import pytest
 from launcher.smoke.inject import stress
 
 
-class Endless(stress.Input):
+class Endless(stress.StressInput):
     """An input that stays open, whatever that of the tests is."""
 
     def is_over(self, wait_s: float = 0.0, *more: int) -> bool:
@@ -19,7 +19,7 @@ class Endless(stress.Input):
 
 def test_memory_that_is_not_there_is_refused():
     stress.refuse_memory(1 << 20, "memory")
-    with pytest.raises(stress.RefusedError, match="would make the kernel kill processes"):
+    with pytest.raises(stress.StressRefusedError, match="would make the kernel kill processes"):
         stress.refuse_memory(1 << 50, "memory")
 
 
