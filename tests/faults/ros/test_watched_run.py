@@ -86,6 +86,7 @@ def test_processes_without_ros_and_the_end_of_the_run(control_bench: ControlBenc
         os.kill(run.row("patient")["pid"], signal.SIGKILL)
         second = wait_for_fault(run, "no deaths: patient-2")
         assert second["incident"] > died["incident"]
+        wait_until(lambda: "no deaths: patient-2" in confirmed(run), "its entry in the event log")
         events = [one for one in log_of(run) if one["event"].startswith("fault")]
         assert [(one["event"], one["fault"]) for one in events] == [
             ("fault", "not suspended: patient-2"),
