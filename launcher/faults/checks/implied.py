@@ -19,7 +19,7 @@ from launcher.faults.model.fault import FaultFinding, FaultOrigin
 from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.machine_facts import MachineSample
 from launcher.faults.watcher.story import CLOCK_STEP_S, Row, Story, is_here
-from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, is_hidden
+from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, TopicGraph, is_hidden
 from launcher.smoke.observe.facts import matches
 
 ALIVE_S = 3.0  # a process that runs so long again is well
@@ -97,8 +97,8 @@ class SuspensionCheck(SubjectCheck):
             for row in story.rows
             if row["pid"] is not None
             and is_here(row)
-            and not _is_paused_by_user(story, name := str(row["name"]))
             and (text := suspension_text(story, row["pid"]))
+            and not _is_paused_by_user(story, name := str(row["name"]))
         }
 
 
@@ -228,16 +228,17 @@ class SidesCheck(SubjectCheck):
 
     def __init__(self) -> None:
         self._both: dict[str, tuple[float, float]] = {}  # from when to when it had both
+        self._facts: tuple[object, object] = (None, None)  # that `_sides` is of
+        self._sides: dict[str, set[bool]] = {}
 
     def find(self, story: Story) -> Mapping[str, FaultFinding] | None:
         graph = story.graph
         if graph is None:
             return None
-        sides: dict[str, set[bool]] = {}
-        for end in graph.snapshot.endpoints:
-            is_ours = end.node not in graph.snapshot.ghosts and story.process_of(end.node)
-            if is_ours and not is_hidden(end.topic) and end.topic not in DEBUG_TOPICS:
-                sides.setdefault(end.topic, set()).add(end.is_publisher)
+        if self._facts[0] is not graph or self._facts[1] is not story.rows:
+            self._facts = graph, story.rows
+            self._sides = _sides(story, graph.snapshot)
+        sides = self._sides
         # One that has neither side is no topic any more.
         self._both = {topic: span for topic, span in self._both.items() if topic in sides}
         lost: dict[str, FaultFinding] = {}
@@ -250,6 +251,16 @@ class SidesCheck(SubjectCheck):
             else:
                 lost[topic] = _one_sided(story, topic, has_publisher=True in found)
         return lost
+
+
+def _sides(story: Story, graph: TopicGraph) -> dict[str, set[bool]]:
+    """By topic, which sides nodes of the run have; True is that of publishers."""
+    sides: dict[str, set[bool]] = {}
+    for end in graph.endpoints:
+        is_ours = end.node not in graph.ghosts and story.process_of(end.node)
+        if is_ours and not is_hidden(end.topic) and end.topic not in DEBUG_TOPICS:
+            sides.setdefault(end.topic, set()).add(end.is_publisher)
+    return sides
 
 
 def _one_sided(story: Story, topic: str, *, has_publisher: bool) -> FaultFinding:

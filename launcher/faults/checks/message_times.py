@@ -29,7 +29,7 @@ class SentTimes:
     def take(self, story: Story) -> bool:
         """Take what is new; whether it is known what has come so far."""
         if not self._has_conditions:
-            return self._known_s(story) is not None
+            return self.known_s(story) is not None
         watch = self._expectation.get("watch")
         if self.refusal is not None:
             return True
@@ -51,10 +51,12 @@ class SentTimes:
         forget(self._expectation, contents)
         return True
 
-    def _known_s(self, story: Story) -> float | None:
+    def known_s(self, story: Story) -> float | None:
         """Until when it is known what has come: the probe may be late on a busy machine."""
-        arrivals = None if story.is_blind else story.arrivals.get(self._topic)
-        return None if arrivals is None else arrivals.known_s
+        if self._has_conditions:
+            return story.now_s
+        is_known = not story.is_blind and self._topic in story.arrivals
+        return story.arrivals_s if is_known else None
 
     def _note(self, message: ObservedMessage) -> None:
         sent_s = plausible_s(message.sent_s, message.at_s)
@@ -77,9 +79,3 @@ class SentTimes:
         """When the last one was sent; None if none has come."""
         sent = self._sent if self._has_conditions else story.arrivals[self._topic].sent
         return sent[-1] if sent else None
-
-    def silent_s(self, story: Story) -> float | None:
-        """How long no further one has come, as far as that is known; None if none has."""
-        last_s, known_s = self.last_s(story), None if self._has_conditions else self._known_s(story)
-        now_s = story.now_s if known_s is None else min(story.now_s, known_s)
-        return None if last_s is None else max(0.0, now_s - last_s)

@@ -11,10 +11,10 @@ from launcher.faults.model.fault_life import Debounce
 from launcher.faults.watcher.story import Story
 from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
 from launcher.smoke.judges import judge
-from launcher.smoke.observe.facts import Facts, QueryAnswer, matches
+from launcher.smoke.observe.facts import Facts, GraphSeen, QueryAnswer, matches
 
 _NEVER = re.compile("never; known nodes: .*")  # which may include it, if its process is gone
-STALE_S = 5.0  # an answer that is older says nothing of now
+STALE_S = 22.0  # an answer that is older says nothing of now
 
 
 class GraphCheck(ExpectationCheck):
@@ -27,15 +27,19 @@ class GraphCheck(ExpectationCheck):
         self._now = replace(expectation, within=None, after=START)
         self._holds = Decision.OPEN if expectation.get("absent") else Decision.MET
         super().__init__(expectation, judge(self._now, Facts()).expected)
+        self._good_graph: GraphSeen | None = None  # in which it holds
 
     def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         graph = story.graph
         if graph is None:
             return False, None
-        if self.expectation.kind == "node" and self.expectation.get("absent"):
-            return True, self._finding(story, self._verdict(story))
+        if graph is self._good_graph:
+            return True, None
         verdict = self._verdict(story)
-        return True, None if verdict.outcome is self._holds else self._finding(story, verdict)
+        if verdict.outcome is not self._holds:
+            return True, self._finding(story, verdict)
+        self._good_graph = graph
+        return True, None
 
     def _verdict(self, story: Story) -> Verdict:
         assert story.graph is not None
@@ -50,9 +54,7 @@ class GraphCheck(ExpectationCheck):
         )
         return judge(self._now, facts)
 
-    def _finding(self, story: Story, verdict: Verdict) -> FaultFinding | None:
-        if verdict.outcome is self._holds:
-            return None
+    def _finding(self, story: Story, verdict: Verdict) -> FaultFinding:
         subject = str(self.expectation.subject)
         if self.expectation.kind == "node":
             processes = story.processes_of([subject])
@@ -79,6 +81,7 @@ class AnswerCheck(ExpectationCheck):
         self._now = replace(expectation, within=None, after=START)
         super().__init__(expectation, judge(self._now, Facts()).expected)
         self._last: QueryAnswer | None = None
+        self._good_answer: QueryAnswer | None = None  # with which it holds
 
     def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
         answers = story.facts.answers.get(self.expectation.key, ())
@@ -86,6 +89,8 @@ class AnswerCheck(ExpectationCheck):
             self._last = answers[-1]
         if self._last is None or story.now_s - self._last.at_s > STALE_S:
             return False, None
+        if self._last is self._good_answer:
+            return True, None
         facts = Facts(
             now_s=story.now_s,
             answers={self.expectation.key: (replace(self._last, at_s=story.now_s),)},
@@ -93,6 +98,7 @@ class AnswerCheck(ExpectationCheck):
         )
         verdict = judge(self._now, facts)
         if verdict.outcome is Decision.MET:
+            self._good_answer = self._last
             return True, None
         if self._last.error is not None:
             return False, None  # whether the node is there is another question

@@ -35,6 +35,26 @@ class TrafficCheck(ExpectationCheck):
         super().__init__(expectation, judge(now, Facts()).expected)
         self.topic = str(expectation.subject)
         self.times = SentTimes(expectation)
+        self._known_s: float | None = None  # until when arrivals were known at the last look
+        self._last: tuple[bool, FaultFinding | None] = (False, None)
+
+    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
+        known_s = self.times.known_s(story)
+        if known_s != self._known_s:  # else nothing can have changed
+            self._known_s = known_s
+            self._last = self._judged(story, known_s)
+        return self._last
+
+    def _judged(self, story: Story, known_s: float | None) -> tuple[bool, FaultFinding | None]:
+        if known_s is None or not self.times.take(story):
+            return False, None
+        if self.times.refusal is not None:
+            return True, self.found(story, self.times.refusal)
+        return self.judged(story, known_s)
+
+    def judged(self, story: Story, known_s: float) -> tuple[bool, FaultFinding | None]:
+        """As `judge`, with what has come until `known_s`."""
+        raise NotImplementedError
 
     def found(self, story: Story, seen: str, **more: Any) -> FaultFinding:
         nodes = story.publishers(self.topic)
@@ -43,11 +63,12 @@ class TrafficCheck(ExpectationCheck):
             seen=seen, nodes=nodes, topics=(self.topic,), processes=processes, **more
         )
 
-    def silence(self, story: Story, limit_s: float) -> FaultFinding | None:
+    def silence(self, story: Story, known_s: float, limit_s: float) -> FaultFinding | None:
         """That nothing has come for longer than this."""
-        last_s, silent_s = self.times.last_s(story), self.times.silent_s(story)
-        if last_s is None or silent_s is None:
+        last_s = self.times.last_s(story)
+        if last_s is None:
             return self.found(story, "no message", value=0.0, unit="Hz")
+        silent_s = known_s - last_s
         if silent_s <= limit_s:
             return None
         seen = f"silent for {seconds_text(silent_s)}"
@@ -66,18 +87,14 @@ class RateCheck(TrafficCheck):
         self.window_s = SHORTEST_S if low <= 0 else max(SHORTEST_S, MESSAGES / low)
         self._since_s: float | None = None  # from when on its messages are known
 
-    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
-        if not self.times.take(story):
-            return False, None
-        if self.times.refusal is not None:
-            return True, self.found(story, self.times.refusal)
-        from_s, low = story.now_s - self.window_s, self._span.low
+    def judged(self, story: Story, known_s: float) -> tuple[bool, FaultFinding | None]:
+        from_s, low = known_s - self.window_s, self._span.low
         times = self.times.sent_since(story, from_s)
         if self._since_s is None and times:
             self._since_s = times[0]
         if low > 0:
             limit_s = max(SHORTEST_SILENCE_S, SILENT_PERIODS / low)
-            if (finding := self.silence(story, limit_s)) is not None:
+            if (finding := self.silence(story, known_s, limit_s)) is not None:
                 return True, finding
         if self._since_s is None or self._since_s > from_s:
             return False, None  # the window is not full yet
@@ -112,17 +129,13 @@ class GapCheck(TrafficCheck):
         self._limit_s = float(expectation.get("below"))
         self._last_s: float | None = None
 
-    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
-        if not self.times.take(story):
-            return False, None
-        if self.times.refusal is not None:
-            return True, self.found(story, self.times.refusal)
+    def judged(self, story: Story, known_s: float) -> tuple[bool, FaultFinding | None]:
         last_s = self._last_s
         times = self.times.sent_since(story, 0.0 if last_s is None else last_s)
         self._last_s = times[-1] if times else last_s
-        finding = self.silence(story, self._limit_s)
+        finding = self.silence(story, known_s, self._limit_s)
         if finding is not None:
-            silent_s = None if self._last_s is None else story.now_s - self._last_s
+            silent_s = None if self._last_s is None else known_s - self._last_s
             is_certain = finding.since_s is not None
             return True, replace(finding, certain=is_certain, value=silent_s, unit="s")
         longest_s = max((b - a for a, b in itertools.pairwise(times)), default=0.0)
@@ -137,12 +150,8 @@ class LatencyCheck(TrafficCheck):
 
     debounce = Debounce(confirm_s=0.7, heal_s=3.0)
 
-    def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
-        if not self.times.take(story):
-            return False, None
-        if self.times.refusal is not None:
-            return True, self.found(story, self.times.refusal)
-        delays = self.times.delays_since(story, story.now_s - DELAYS_S)
+    def judged(self, story: Story, known_s: float) -> tuple[bool, FaultFinding | None]:
+        delays = self.times.delays_since(story, known_s - DELAYS_S)
         if len(delays) < LEAST_DELAYS:
             return False, None
         high_s, limit_s = latency_s(delays), float(self.expectation.get("below"))

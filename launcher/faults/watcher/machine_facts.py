@@ -13,6 +13,7 @@ from dataclasses import dataclass
 _RESOURCES = ("cpu", "memory", "io")
 _LOOKS = 20  # of one process: two seconds
 _CHANGES = 3  # one suspension makes two
+_MOST_FILES = 200  # that stay open
 _DELAY_LOOKS = 7  # three seconds
 STOPPED_STATES = "Tt"
 
@@ -92,16 +93,41 @@ class StopWatch:
     def __init__(self) -> None:
         # Of each look that found it suspended, how often it had run until then; else None.
         self._looks: dict[int, deque[int | None]] = {}
+        self._files: dict[int, int] = {}
 
     def look(self, pids: Iterable[int]) -> None:
         """Look at these processes, and forget others."""
         looks: dict[int, deque[int | None]] = {}
         for pid in pids:
-            state = _state(pid)
+            state = self._state(pid)
             if state:
                 found = looks[pid] = self._looks.get(pid) or deque(maxlen=_LOOKS)
                 found.append(_schedstat(pid)[2] if state in STOPPED_STATES else None)
+        for pid in self._files.keys() - looks.keys():
+            os.close(self._files.pop(pid))
         self._looks = looks
+
+    def _state(self, pid: int) -> str:
+        """As in /proc/PID/stat: `R`, `S`, `T` and so on; empty for none.
+
+        The file stays open, since opening it takes longer than reading the first bytes.
+        """
+        file = self._files.get(pid)
+        text = b""
+        with contextlib.suppress(OSError):
+            if file is None:
+                file = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
+            try:
+                text = os.pread(file, 512, 0)
+            finally:
+                self._keep(pid, file)
+        return text.rpartition(b") ")[2][:1].decode("ascii", "replace")
+
+    def _keep(self, pid: int, file: int) -> None:
+        if pid in self._files or len(self._files) < _MOST_FILES:
+            self._files[pid] = file
+        else:
+            os.close(file)
 
     def share(self, pid: int) -> float:
         """From 0 (never) to 1 (at every look)."""
@@ -155,14 +181,3 @@ def _schedstat(pid: int) -> tuple[int, int, int]:
         ran_ns, waited_ns, times = map(int, file.read().split())
         return ran_ns, waited_ns, times
     return 0, 0, 0
-
-
-def _state(pid: int) -> str:
-    """As in /proc/PID/stat: `R`, `S`, `T` and so on; empty for none."""
-    with contextlib.suppress(OSError):
-        descriptor = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
-        try:
-            return os.read(descriptor, 512).rpartition(b") ")[2][:1].decode("ascii", "replace")
-        finally:
-            os.close(descriptor)
-    return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -38,15 +39,12 @@ class TopicArrivals:
     """When messages of a topic came: received and sent in time of the run, delays in seconds.
 
     A delay is from the stamp of the header, or from the publisher's time, to the reception.
-    `known_s`: everything that has come until then is here; None before the first answer.
     """
 
     received: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
     transits: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_TRANSITS))
     sent: deque[float] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
     delays: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=KEEP_ARRIVALS))
-    first_s: float | None = None
-    known_s: float | None = None
 
     def add(self, received: Sequence[float], sent: Sequence[float]) -> None:
         """Messages that came and were sent at these times, the latter on the publisher's clock.
@@ -60,8 +58,6 @@ class TopicArrivals:
         self.sent.extend(
             plausible_s(there + shift_s, here) for here, there in zip(received, sent, strict=True)
         )
-        if self.first_s is None and received:
-            self.first_s = received[0]
 
     @property
     def behind_s(self) -> float:
@@ -116,6 +112,7 @@ class Story:
         self.lines: deque[LogLine] = deque(maxlen=KEEP_LINES)
         self.graphs: deque[tuple[float, dict[str, Any]]] = deque(maxlen=KEEP_GRAPHS)
         self.arrivals: dict[str, TopicArrivals] = {}
+        self.arrivals_s: float | None = None  # what came until then is among them
         self.samples: dict[str, deque[tuple[float, float | None, int | None]]] = {}
         self.machine: deque[MachineSample] = deque(maxlen=KEEP_MACHINE)
         self.stops = StopWatch()
@@ -194,6 +191,7 @@ class Story:
         """There is a new probe: what it has not discovered yet is not missing."""
         self._sighted_s = self.now_s + BLIND_S
         self.arrivals.clear()
+        self.arrivals_s = None
 
     @property
     def is_blind(self) -> bool:
@@ -321,15 +319,13 @@ class Story:
 
     def clock_step(self, since_s: float) -> tuple[float, float] | None:
         """(time, seconds) of the last step of the clock since then; a slow correction is none."""
-        found = None
-        before: MachineSample | None = None
-        for sample in self.machine:
-            if before is not None and sample.at_s >= since_s:
-                step_s = sample.clock_s - before.clock_s
-                if abs(step_s) >= CLOCK_STEP_S:
-                    found = sample.at_s, step_s
-            before = sample
-        return found
+        for sample, before in itertools.pairwise(reversed(self.machine)):
+            if sample.at_s < since_s:
+                break
+            step_s = sample.clock_s - before.clock_s
+            if abs(step_s) >= CLOCK_STEP_S:
+                return sample.at_s, step_s
+        return None
 
     def pressure(self, resource: str, since_s: float) -> float | None:
         """The mean since then, 0 to 1; None where the kernel does not say."""

@@ -13,8 +13,13 @@ from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.observe.probe_client import ProbeClient
 from launcher.smoke.run.probe_requests import subscribed
 
-POLL_S = 0.25
+POLL_S = 0.5
+# The middleware stamps messages, and what ends is reported by the launcher: both can wait.
+LISTEN_S = 0.25
+GRAPH_S = 0.5
 ANSWER_S = 5.0
+IDLE_S = 5.0  # between two requests if no topic is counted
+MOST_UNANSWERED = 6  # requests: the probe hangs, and is ended
 _COUNTED = ("rate", "gap", "latency")
 
 
@@ -26,7 +31,8 @@ def _is_counted(one: Expectation) -> bool:
 class TopicWatch:
     """Polls the probe in a thread; `merge` adds what has come to the story.
 
-    `expectations` are those given, with the subscriptions that they need.
+    A probe that hangs is ended: the watcher starts another one. `expectations` are those
+    given, with the subscriptions that they need.
     """
 
     def __init__(
@@ -35,14 +41,14 @@ class TopicWatch:
         self._probe = probe
         self._observations = observations
         given = [*expectations]
+        probe.send("listen", period_s=LISTEN_S, graph_s=GRAPH_S)
         rest = iter([*subscribed(probe, (one for one in given if not _is_counted(one)))])
         self.expectations = [one if _is_counted(one) else next(rest) for one in given]
         self._topics = self._subscribe([one for one in given if _is_counted(one)])
         self._lock = threading.Lock()
-        self._new: list[tuple[str, dict[str, Any], float, float]] = []
+        self._new: list[tuple[dict[str, Any], float, float]] = []
         self._is_over = threading.Event()
-        if self._topics:
-            threading.Thread(target=self._poll, daemon=True, name="arrivals").start()
+        threading.Thread(target=self._poll, daemon=True, name="arrivals").start()
 
     def _subscribe(self, counted: Iterable[Expectation]) -> dict[str, str]:
         """Subscription -> topic."""
@@ -60,37 +66,43 @@ class TopicWatch:
         return found
 
     def _poll(self) -> None:
-        while not self._is_over.wait(POLL_S) and self._probe.is_alive:
+        period_s, unanswered = POLL_S if self._topics else IDLE_S, 0
+        while not self._is_over.wait(period_s) and self._probe.is_alive:
             asked_s = self._observations.now_s
             try:
-                subs = self._probe.ask("arrivals", timeout_s=ANSWER_S)["subs"]
+                subs = self._probe.ask("arrivals", timeout_s=ANSWER_S, silent=False)["subs"]
             except LauncherError:
+                unanswered += 1
+                if unanswered == MOST_UNANSWERED:
+                    self._probe.close()
                 continue
+            unanswered = 0
             # Both clocks now, as long as they fit the stamps.
             offset_s = self._observations.wall_of(0.0)
             with self._lock:
-                self._new += [(key, one, offset_s, asked_s) for key, one in subs.items()]
+                self._new.append((subs, offset_s, asked_s))
 
     def merge(self, story: Story) -> None:
         """Add what has come since the last call."""
         with self._lock:
             new, self._new = self._new, []
-        for key, one, offset_s, asked_s in new:
-            if (topic := self._topics.get(key)) is not None:
+        for subs, offset_s, asked_s in new:
+            story.arrivals_s = asked_s
+            for key, topic in self._topics.items():
                 known = story.arrivals.setdefault(topic, TopicArrivals())
-                known.known_s = asked_s
-                if one.get("state") != "waiting":
-                    self._add(known, one, offset_s)
+                if key in subs:
+                    self._add(known, subs[key], offset_s)
 
     def _add(self, known: TopicArrivals, one: dict[str, Any], offset_s: float) -> None:
-        received = [self._observations.of_monotonic(at_s) for at_s in one["mono"]]
+        start_s = self._observations.of_monotonic(0.0)
+        received = [at_s + start_s for at_s in one["mono"]]
         known.add(received, [sent_s - offset_s for sent_s in one["sent"]])
         stamps = one.get("stamp") or one["sent"]
-        known.delays.extend(
-            (at_s, at_s - (stamp_s - offset_s))
+        known.delays += [
+            (at_s, at_s - stamp_s + offset_s)
             for at_s, stamp_s in zip(received, stamps, strict=True)
             if stamp_s is not None
-        )
+        ]
 
     def close(self) -> None:
         self._is_over.set()

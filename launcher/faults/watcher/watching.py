@@ -199,9 +199,9 @@ class Watcher:
             story.machine.append(self._machine.sample(now_s))
             story.delays.look(pids if story.observer is None else [*pids, story.observer])
         if now_s >= self._look_s:
-            begin_s = time.monotonic()
+            begin_s = time.thread_time()  # a busy machine is no reason to look less often
             self._look()
-            took_s = time.monotonic() - begin_s
+            took_s = time.thread_time() - begin_s
             self._look_s = now_s + max(LOOK_S, 20 * took_s)  # 5 % of a processor at most
         if self._probe is not None and not self._probe.is_alive:
             self._restart_probe()
@@ -214,7 +214,7 @@ class Watcher:
             document = self._graphs.get()
             self._story.take_graph(document, self._observations.of_monotonic(document["mono"]))
             if self._parameters is not None:
-                self._parameters.see(node["name"] for node in document["nodes"])
+                self._parameters.see(document["nodes"])
 
     def _look(self) -> None:
         story = self._story
@@ -227,9 +227,12 @@ class Watcher:
                 self._note(trouble)
         if self._topics is not None:
             self._topics.merge(story)
+        if self._parameters is not None:
+            self._parameters.take(story.facts.messages)
         self._table.look((*self._implied, *self._checks), story)
         self._table.end_mutes()
-        for incident, _ in self._table.decide(story):
+        changed = {one.number: one for one, _ in self._table.decide(story)}
+        for incident in changed.values():
             self._files.opened(incident, story)
         for incident in self._table.closed(story.now_s):
             self._files.closed(incident, story)

@@ -37,6 +37,7 @@ PROTOCOL = 1
 _PROFILE = Path(__file__).with_name("participant.xml")
 GRAPH_PERIOD_S = 0.1
 LONGEST_PERIOD_S = 10.0
+_COUNT_PERIODS = 5  # of the graph, between two counts of participants: it costs more
 _SHORTEST_S = 0.001
 _FLUSH_S = 1.0
 
@@ -63,7 +64,7 @@ class Probe:
             "graph": lambda _: self._fresh().document(),
             "services": lambda _: {"services": self._snapshot.document()["services"]},
             "traffic": lambda _: self._subscriptions.traffic(),
-            "arrivals": lambda _: self._subscriptions.arrivals(),
+            "arrivals": self._subscriptions.arrivals,
             "listen": self._listen,
             "cancel": lambda request: {"cancelled": self._jobs.cancel(request.of)},
             "explain": self._explain,
@@ -127,8 +128,10 @@ class Probe:
 
     def _write_graph(self) -> None:
         """Write the graph if it has changed."""
-        if time.monotonic() >= self._next_graph_s:
-            self._next_graph_s = time.monotonic() + self._graph_s
+        now_s = time.monotonic()
+        if now_s >= self._next_graph_s:
+            # in step with the subscriptions, so that both need one pass of the loop
+            self._next_graph_s = (now_s // self._graph_s + 1) * self._graph_s
             if self._graph.has_changed():
                 self._take_graph()
 
@@ -149,6 +152,7 @@ class Probe:
         """How often messages are read, and the graph is looked at."""
         self._subscriptions.listen_s = _period(request, "period_s", self._subscriptions.listen_s)
         self._graph_s = _period(request, "graph_s", self._graph_s)
+        self._graph.count_s = _COUNT_PERIODS * self._graph_s
         self._next_graph_s = min(self._next_graph_s, time.monotonic() + self._graph_s)
         return {"period_s": self._subscriptions.listen_s, "graph_s": self._graph_s}
 

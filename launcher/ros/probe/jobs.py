@@ -86,15 +86,22 @@ class Jobs:
             with ServiceCaller(self._observer, node) as caller:
                 while (job := self._queue.get()) is not None:
                     work, request = job
-                    try:
-                        self._answer(request, partial(work, caller, request))
-                    finally:
-                        self._open.remove(request)
-                    self._idle.release()
+                    self._answer(request, partial(self._done, work, caller, request))
         except ExternalShutdownException:
             pass  # the probe ended during a job
         finally:
             node.destroy_node()
+
+    def _done(self, work: Handler, caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
+        """The result. The thread is idle before it is sent, so that the next request takes it.
+
+        Another thread would need clients for the same services, whose discovery costs more.
+        """
+        try:
+            return work(caller, request)
+        finally:
+            self._open.remove(request)
+            self._idle.release()
 
     def close(self) -> None:
         """Shut the context down, which ends all waiting, and join the threads."""

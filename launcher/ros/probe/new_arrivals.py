@@ -44,6 +44,9 @@ class NewArrivals:
         self._received_ns, self._sent_ns, self._stamps_ns = array("q"), array("q"), array("q")
         self._left_out = 0
 
+    def __len__(self) -> int:
+        return len(self._received_ns)
+
     def add(self, received_ns: int, sent_ns: int, stamp_ns: int = NO_STAMP) -> None:
         self._received_ns.append(received_ns)
         self._sent_ns.append(sent_ns)

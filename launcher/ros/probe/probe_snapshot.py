@@ -25,6 +25,7 @@ _COUNT_PERIOD_S = 0.5
 _REANNOUNCE_S = 0.1
 _UNSETTLED_S = 1.0  # after a change: the process of a participant may not be found at once
 _CHECK_PERIOD_S = 5.0  # in case that a change went unnoticed
+_CHECK_COST = 0.0005  # of a core at most: it is rarer for large graphs
 # of the services that every node has
 _PARAMETER_SERVICES = ("rcl_interfaces/srv/", "type_description_interfaces/srv/")
 
@@ -114,6 +115,7 @@ class GraphWatcher:
         self._exited: set[str] = set()
         self._complete = False
         self._taken_complete = False
+        self.count_s = _COUNT_PERIOD_S  # between two counts of participants
         self._next_count_s = time.monotonic() + _REANNOUNCE_S
         self._has_asked = False
         self._until_s = 0.0  # snapshots are taken up to then
@@ -133,6 +135,7 @@ class GraphWatcher:
 
     def take(self) -> ProbeSnapshot:
         """The graph now, without the nodes of our own tools."""
+        begin_s = time.thread_time()
         listed = self._observer.node_names()
         every = self._observer.all_endpoints()
         listed = sorted([*listed, *self._observer.returned_nodes().difference(listed)])
@@ -149,8 +152,7 @@ class GraphWatcher:
         nodes = without_exited(nodes, (e for e in found if e.gid in gone))
         self._count_participants()
         self._taken_complete = self._complete
-        self._check_s = time.monotonic() + _CHECK_PERIOD_S
-        return ProbeSnapshot(
+        snapshot = ProbeSnapshot(
             snapshot=TopicGraph(
                 nodes=nodes,
                 endpoints=tuple(found),
@@ -161,6 +163,9 @@ class GraphWatcher:
             pids=_pids(found, owners, self._exited),
             complete=self._complete,
         )
+        took_s = time.thread_time() - begin_s
+        self._check_s = time.monotonic() + max(_CHECK_PERIOD_S, took_s / _CHECK_COST)
+        return snapshot
 
     def _now_exited(self) -> set[str]:
         """The participants of the last snapshot whose process has ended."""
@@ -195,7 +200,7 @@ class GraphWatcher:
         """Compare the participants of this machine with those known; early on, ask the others."""
         if time.monotonic() < self._next_count_s:
             return
-        self._next_count_s = time.monotonic() + _COUNT_PERIOD_S
+        self._next_count_s = time.monotonic() + self.count_s
         if not self._has_asked:
             self._has_asked = True
             reannounce_to_silent(self._observer)

@@ -42,6 +42,7 @@ class Subscriptions:
         self._outbox = outbox
         self._subscriptions: dict[str, Subscription] = {}
         self._taker = RawTaker()
+        self._due_s = 0.0  # the earliest of all, while no subscription has changed
         self.listen_s = LISTEN_PERIOD_S
 
     def subscribe(self, request: ProbeRequest, snapshot: ProbeSnapshot) -> dict[str, Any]:
@@ -76,6 +77,7 @@ class Subscriptions:
             self._update(sub, snapshot)
 
     def _update(self, sub: Subscription, snapshot: ProbeSnapshot) -> None:
+        self._due_s = 0.0
         self._fit(sub, snapshot)
         if sub.endpoint is not None:
             self._report_mismatches(sub, sub.endpoint, snapshot)
@@ -144,15 +146,20 @@ class Subscriptions:
     @property
     def due_s(self) -> float:
         """When to `take` again; infinite without subscriptions."""
-        active = (s.due_s for s in self._subscriptions.values() if s.listener is not None)
-        return min(active, default=math.inf)
+        return self._due_s
 
     def take(self, *, everything: bool = False) -> None:
         """Read those that are due, or all."""
         now_s = time.monotonic()
+        if now_s < self._due_s and not everything:
+            return
+        due_s = math.inf
         for sub in self._subscriptions.values():
-            if sub.listener is not None and (everything or now_s >= sub.due_s):
-                self._read(sub, sub.listener)
+            if sub.listener is not None:
+                if everything or now_s >= sub.due_s:
+                    self._read(sub, sub.listener)
+                due_s = min(due_s, sub.due_s)
+        self._due_s = due_s
 
     def _read(self, sub: Subscription, listener: Listener) -> None:
         found = self._forward(sub, listener) if sub.pushes else _counted(sub, listener)
@@ -208,9 +215,14 @@ class Subscriptions:
         subs = {key: sub.traffic_document(now_ns) for key, sub in self._subscriptions.items()}
         return {"mono": now_ns / NANOS, "subs": subs}
 
-    def arrivals(self) -> dict[str, Any]:
-        """What has arrived since the last time, of the subscriptions that send no messages."""
+    def arrivals(self, request: ProbeRequest) -> dict[str, Any]:
+        """What has arrived since the last time, of the subscriptions that send no messages.
+
+        Without those that have nothing new, if `silent` of the request is false.
+        """
         counted = {key: sub for key, sub in self._subscriptions.items() if not sub.pushes}
+        if not request.flag("silent", True):
+            counted = {key: sub for key, sub in counted.items() if sub.arrivals}
         subs = {key: sub.arrivals_document() for key, sub in counted.items()}
         return {**moment(), "subs": subs}
 

@@ -96,15 +96,14 @@ class WatchedRun:
         known.received.extend(one + delay_s for one in times_s)
         known.sent.extend(times_s)
         known.delays.extend((one + delay_s, delay_s) for one in times_s)
-        known.known_s = self.now_s
+        self.story.arrivals_s = self.now_s
 
     # ---- time
 
     def look(self, **new: Any) -> None:
         """One look, with what is new."""
         self.story.take(Facts(now_s=self.now_s, **new))
-        for known in self.story.arrivals.values():
-            known.known_s = self.now_s
+        self.story.arrivals_s = self.now_s
         self.table.look(self.checks, self.story)
         self.incidents += [one for one, is_new in self.table.decide(self.story) if is_new]
         [*self.table.closed(self.now_s)]
