@@ -157,6 +157,6 @@ def load(path: str) -> Any:
     return getattr(sys.modules[module], name)
 
 
-def lazy(path: str, **more: object) -> Callable[[Any], Any]:
-    """A function of one argument that calls the one that `module:name` stands for."""
-    return lambda value: load(path)(value, **more)
+def lazy(path: str, **more: object) -> Callable[..., Any]:
+    """A function that calls the one that `module:name` stands for, with `more` arguments."""
+    return lambda *values: load(path)(*values, **more)

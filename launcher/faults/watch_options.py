@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from launcher.base.errors import LauncherError, UsageError
+from launcher.base.model.record import replace
 from launcher.base.model.run_options import RunOptions
 
 TYPE_CHECKING = False
@@ -22,9 +23,24 @@ def check(options: RunOptions) -> None:
 
     require("--watchful" if options.expect is None else "--expect", {})
     if options.expect is not None:
-        from launcher.smoke.preflight import loader
+        _check_file(options.expect)
 
-        loader.load(options.expect)
+
+def with_expectations_beside(options: RunOptions, launch_file: str) -> RunOptions:
+    """With the file beside the launch file, unless one is given; LauncherError for its mistakes."""
+    from launcher.smoke.preflight.loader import beside
+
+    path = None if options.expect is not None else beside(launch_file)
+    if path is None:
+        return options
+    _check_file(str(path))
+    return replace(options, expect=str(path))
+
+
+def _check_file(path: str) -> None:
+    from launcher.smoke.preflight import loader
+
+    loader.load(path)
 
 
 def settings_of(run: Run) -> dict[str, Any]:
@@ -36,7 +52,7 @@ def settings_of(run: Run) -> dict[str, Any]:
         "launch_file": run.launched.target,
         "files": _files(run)[:MAX_FILES],
         "arguments": list(run.launched.arguments),
-        "expect": run.options.expect or _beside(run),
+        "expect": run.options.expect,
     }
 
 
@@ -49,10 +65,3 @@ def _files(run: Run) -> list[str]:
     except LauncherError:  # composed nodes
         return []
     return files
-
-
-def _beside(run: Run) -> str | None:
-    from launcher.smoke.preflight.loader import beside
-
-    path = beside(run.launched.target) if run.options.watchful else None
-    return None if path is None else str(path)

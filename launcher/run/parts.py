@@ -30,6 +30,7 @@ from launcher.run.part_options import (
 # Doors of wings for the evaluation of a launch file, and the program of composed nodes.
 prepared_hosts = lazy("launcher.hosts.launching.hosts_preparation:HostsPreparation")
 planned_hosts = lazy("launcher.hosts.launching.planned_hosts:PlannedHosts")
+with_expectations_beside = lazy("launcher.faults.watch_options:with_expectations_beside")
 private_domain = lazy("launcher.ros.discovery.free_domain:of_run")
 open_node = lazy("launcher.ros.helpers.spinning_node:SpinningNode")
 COMPOSED = "launcher.ros.composed"

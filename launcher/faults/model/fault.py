@@ -51,7 +51,7 @@ class FaultOrigin:
 
 @dataclass(slots=True)
 class Fault:
-    """One fault of a run, which may come again."""
+    """One fault of a run, which may come again; `is_certain`: its cause is not weak."""
 
     origin: FaultOrigin
     life: FaultLife
@@ -59,6 +59,7 @@ class Fault:
     lines: tuple[str, ...] = ()
     cause: str | None = None
     rule: str | None = None
+    is_certain: bool = False
     follows: str | None = None
     incident: int | None = None
     acknowledged: dict[str, Any] | None = None
@@ -89,6 +90,7 @@ class Fault:
         fault = cls(origin, FaultLife(Debounce()), finding, lines=tuple(document["lines"]))
         for name in ("cause", "rule", "follows", "incident", "acknowledged", "muted"):
             setattr(fault, name, document[name])
+        fault.is_certain = fault.cause is not None
         times_s = at("first_s") or 0.0, at("confirmed_s"), at("last_s") or 0.0, at("healed_s")
         fault.life.resume(FaultState(document["state"]), document["count"], times_s)
         return fault
@@ -104,10 +106,13 @@ class Fault:
     def document(self, wall_of: Callable[[float], float]) -> dict[str, Any]:
         """As in docs/reference/faults.md; `wall_of` makes seconds since 1970 of a time of the run.
 
-        A dismissed one is `healed` with `confirmed_s` null.
+        A dismissed one is `healed` with `confirmed_s` null. The cause of the last time says nothing
+        of one that is suspected again, nor a weak one of what follows from another.
         """
         origin, life, finding = self.origin, self.life, self.finding
         state = FaultState.HEALED if life.state is None else life.state
+        is_explained = state is not FaultState.SUSPECTED
+        has_cause = is_explained and (self.is_certain or self.follows is None)
 
         def wall(at_s: float | None) -> float | None:
             return None if at_s is None else round(wall_of(at_s), 3)
@@ -132,10 +137,10 @@ class Fault:
             "processes": list(finding.processes),
             "nodes": list(finding.nodes),
             "topics": list(finding.topics),
-            "cause": self.cause,
-            "rule": self.rule,
-            "follows": self.follows,
-            "incident": self.incident,
+            "cause": self.cause if has_cause else None,
+            "rule": self.rule if has_cause else None,
+            "follows": self.follows if is_explained else None,
+            "incident": self.incident if is_explained else None,
             "acknowledged": self.acknowledged,
             "muted": self.muted,
         }

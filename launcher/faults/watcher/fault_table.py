@@ -18,6 +18,7 @@ UNDECIDED_S = 0.7  # what explains a fault may be seen a moment later,
 ELSEWHERE_S = 1.7  # and on another host, which sends something each second, another second later
 REVISED_S = 3.0  # as long a better cause replaces one that is weak
 UPDATE_S = 1.0  # so often at most, what was seen is reported anew
+REFRESH_S = 10.0  # so often at least, that it is still seen
 MOST_FAULTS = 1000  # ids that are remembered: those that healed long ago are forgotten first
 
 FORGOTTEN = "forgotten"  # the change of one that nobody keeps any more
@@ -47,8 +48,8 @@ class FaultTable:
 
     def look(self, checks: Iterable[Check], story: Story) -> None:
         """Have them look, and take what they find."""
+        known = [f.id for f in self.faults.values() if f.life.state is not FaultState.HEALED]
         for check in checks:
-            known = [f.id for f in self.faults.values() if f.life.state is not FaultState.HEALED]
             for found in check.look(story, known):
                 self.take(check, found, story)
 
@@ -100,10 +101,10 @@ class FaultTable:
         self._report(fault, change.value)
 
     def _update(self, fault: Fault, now_s: float) -> None:
-        """Report what is seen now if it differs, not too often."""
+        """Report what is seen now, soon if it differs."""
         seen, at_s = self._reported.get(fault.id, ("", now_s))
-        is_other = fault.id not in self._undecided and seen != fault.finding.seen
-        if is_other and now_s - at_s >= UPDATE_S:
+        period_s = UPDATE_S if seen != fault.finding.seen else REFRESH_S
+        if fault.id not in self._undecided and now_s - at_s >= period_s:
             self._note(fault, "updated", now_s)
 
     def _note(self, fault: Fault, change: str, now_s: float) -> None:
@@ -216,6 +217,7 @@ class FaultTable:
 
 def _explain(fault: Fault, cause: Cause | None) -> None:
     fault.cause, fault.rule = (None, None) if cause is None else (cause.text, cause.rule)
+    fault.is_certain = cause is not None and not cause.is_weak
 
 
 def _is_settling(process: str, story: Story) -> bool:

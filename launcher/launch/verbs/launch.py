@@ -31,7 +31,7 @@ from launcher.launch.target import (
 )
 from launcher.launch.time_limit import limited
 from launcher.run.part import HOSTS, OUTPUT
-from launcher.run.parts import prepared_hosts, private_domain
+from launcher.run.parts import prepared_hosts, private_domain, with_expectations_beside
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -172,6 +172,8 @@ def main(words: Sequence[str]) -> int:
         units = importlib.import_module(ENABLE)
         code: int = (units.enable if parsed.enable else units.disable)(request, options)
         return code
+    if options.watchful:
+        options = with_expectations_beside(options, request.path)
     if not options.private:
         return launch(request, options, source)
     with private_domain(options) as options_with_domain:

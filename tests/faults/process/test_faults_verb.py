@@ -102,14 +102,23 @@ def test_a_run_that_is_not_watched_is_an_error_with_a_hint(run: ControlledRun):
     )
 
 
-def test_all_mistakes_in_the_file_beside_are_shown_once(control_bench: ControlBench):
-    file = control_bench.folder / "bench.expect.yaml"
+def test_all_mistakes_in_the_file_beside_are_refused_before_anything_starts(
+    control_bench: ControlBench,
+):
+    file, proof = control_bench.folder / "bench.expect.yaml", control_bench.folder / "started"
     file.write_text("expect:\n  - clean_shutdown: true\n  - rat: /x\n")
-    with control_bench.launch('sh("exec cat", name="cat")', "--watchful") as run:
-        wait_until(lambda: "the run continues without it" in run.screen, "the end of the watcher")
-        assert run.screen.count("the run is not watched:\n") == 1
-        assert f"{file}:2: invalid time" in run.screen and "did you mean 'rate'?" in run.screen
-        assert run.ask("faults")["watching"] is False
+    done = control_bench.run(f'sh("touch {proof}", name="one")', "--watchful")
+
+    assert done.returncode == 2 and not proof.exists()
+    errors = done.stderr.decode()
+    assert f"{file}:2: invalid time" in errors and "did you mean 'rate'?" in errors
+
+
+def test_mistakes_that_the_watcher_finds_are_shown_once(watched: ControlledRun, reports: Reports):
+    wait_until(lambda: "faults" in watched.row("cat"), "the part that watches")
+    reports.write({"mistake": "a.expect.yaml:2: invalid time"})
+    watched.wait_for("the run is not watched:\n")
+    assert watched.screen.count("a.expect.yaml:2: invalid time") == 1
 
 
 def test_what_was_not_seen_yet_is_muted_and_mutes_are_listed(

@@ -37,6 +37,33 @@ def test_a_fault_that_heals_before_its_cause_is_known_is_confirmed_first():
     assert run.incidents[0].closed_s is not None
 
 
+def test_of_a_fault_that_is_suspected_again_the_old_cause_says_nothing():
+    run = absent()
+    run.wait(2)
+    run.graph(*PAIR)
+    run.wait(1)
+    run.graph(subscription("/t"))
+    again = run.reports[-1][1]
+
+    assert run.changes(NODE)[-1] == "suspected"
+    assert [again[name] for name in ("cause", "rule", "follows", "incident")] == [None] * 4
+
+
+def test_what_follows_from_another_has_no_weak_cause_that_contradicts_it():
+    run = WatchedRun("node: /talker, confirm: 0.2 s", "rate: /t, is: 9 to 11 Hz")
+    run.rows(TALKER, LISTENER)
+    run.graph(*PAIR)
+    run.wait(20, hz=10)
+    run.graph(subscription("/t"))
+    run.wait(6)
+    node, rate = (run.fault(name).document(float) for name in (NODE, "rate /t"))
+
+    assert rate["follows"] == NODE
+    assert run.fault("rate /t").rule == "publisher"
+    assert (rate["cause"], rate["rule"]) == (None, None)
+    assert node["incident"] == rate["incident"]
+
+
 def test_a_suspicion_that_was_none_is_forgotten():
     run = absent()
     run.graph(*PAIR)
