@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,6 +61,21 @@ class Field:
     type: FieldType
     doc: str
     required: bool = False
+
+
+def properties_of(fields: Iterable[Field]) -> dict[str, Any]:
+    """The `properties` of the schema of a mapping with these entries."""
+    return {field.name: {**field.type.schema, "description": field.doc} for field in fields}
+
+
+def mapping_schema(fields: Sequence[Field]) -> dict[str, Any]:
+    """The JSON Schema of a mapping with these entries and no others."""
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        "required": [field.name for field in fields if field.required],
+        "properties": properties_of(fields),
+    }
 
 
 def near(word: object, known: Collection[str]) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from launcher.base.document.fields import properties_of
 from launcher.hosts.file.discovery_field import DISCOVERY
 from launcher.hosts.file.host_fields import HOST_FIELDS, HOST_NAME, NOT_DEFAULT
 
@@ -40,9 +41,7 @@ def json_schema() -> dict[str, Any]:
         },
         "$defs": {
             "host": {**_entries(()), "required": ["address"]},
-            **{
-                field.name: {**field.type.schema, "description": field.doc} for field in HOST_FIELDS
-            },
+            **properties_of(HOST_FIELDS),
         },
     }
 

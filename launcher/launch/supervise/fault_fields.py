@@ -11,6 +11,7 @@ from launcher.base.document.fields import (
     FieldError,
     FieldType,
     choice,
+    mapping_schema,
     near,
     nested,
     raise_all,
@@ -195,13 +196,7 @@ FIELDS = (
 
 
 def schema() -> dict[str, Any]:
-    one = {
-        "type": "object",
-        "additionalProperties": False,
-        "required": [field.name for field in FIELDS if field.required],
-        "properties": {
-            field.name: {**field.type.schema, "description": field.doc} for field in FIELDS
-        },
-    }
+    """The JSON Schema of the value of `on`: one entry, or several."""
+    one = mapping_schema(FIELDS)
     description = "what is done when faults of a watched run are confirmed or healed"
     return {"description": description, "anyOf": [one, {"type": "array", "items": one}]}

@@ -11,6 +11,7 @@ from launcher.base.document.fields import (
     FieldType,
     choice,
     parsed_entries,
+    properties_of,
     raise_all,
     shown,
 )
@@ -157,9 +158,7 @@ def json_schema() -> dict[str, Any]:
                 "description": "the processes that the name or pattern matches",
                 "type": "object",
                 "additionalProperties": False,
-                "properties": {
-                    field.name: {**field.type.schema, "description": field.doc} for field in FIELDS
-                },
+                "properties": properties_of(FIELDS),
             }
         },
     }

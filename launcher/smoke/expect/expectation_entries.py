@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from launcher.base.document.fields import ANYTHING, INTEGER, Field, FieldError, FieldType, text
+from launcher.base.document.fields import (
+    ANYTHING,
+    INTEGER,
+    Field,
+    FieldError,
+    FieldType,
+    mapping_schema,
+    properties_of,
+    text,
+)
 from launcher.base.document.quantities import DURATION
 from launcher.smoke.expect.expectation_fields import REGEX
 from launcher.smoke.expect.expectation_kinds import KINDS, ExpectationKind
@@ -58,7 +67,7 @@ def json_schema() -> dict[str, Any]:
         "scenario": {"$ref": "#/$defs/step"},
         "expect": {"oneOf": [{"$ref": f"#/$defs/{kind.name}"} for kind in KINDS]},
     }
-    properties = _properties(TOP_FIELDS)
+    properties = properties_of(TOP_FIELDS)
     for name, schema in items.items():
         properties[name] = {**properties[name], "type": ["array", "null"], "items": schema}
     return {
@@ -68,30 +77,15 @@ def json_schema() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": properties,
         "$defs": {
-            "step": _mapping(["do"], _properties(STEP_FIELDS)),
+            "step": mapping_schema(STEP_FIELDS),
             **{kind.name: _kind_schema(kind) for kind in KINDS},
         },
     }
 
 
-def _properties(fields: Sequence[Field]) -> dict[str, Any]:
-    return {field.name: {**field.type.schema, "description": field.doc} for field in fields}
-
-
-def _mapping(required: Sequence[str], properties: Mapping[str, object]) -> dict[str, Any]:
-    return {
-        "type": "object",
-        "additionalProperties": False,
-        "required": required,
-        "properties": properties,
-    }
-
-
 def _kind_schema(kind: ExpectationKind) -> dict[str, Any]:
     subject = Field(kind.name, kind.subject, kind.doc, required=True)
-    fields = (subject, *kind.all_fields())
-    required = [field.name for field in fields if field.required]
-    schema = {"description": kind.doc, **_mapping(required, _properties(fields))}
+    schema = {"description": kind.doc, **mapping_schema((subject, *kind.all_fields()))}
     if kind.one_of:
         schema["anyOf"] = [{"required": [name]} for name in kind.one_of]
     return schema

@@ -12,6 +12,7 @@ from launcher.base.document.fields import (
     Field,
     FieldError,
     FieldType,
+    mapping_schema,
     nested,
     parsed_entries,
     raise_all,
@@ -172,21 +173,12 @@ def _entries(value: object) -> tuple[ChaosEntry, ...]:
     return tuple(found)
 
 
-def _object(fields: tuple[Field, ...]) -> dict[str, Any]:
-    return {
-        "type": "object",
-        "additionalProperties": False,
-        "required": [field.name for field in fields if field.required],
-        "properties": {
-            field.name: {**field.type.schema, "description": field.doc} for field in fields
-        },
-    }
-
-
 FIELDS = (
     Field(
         "injections",
-        FieldType(_entries, {"type": "array", "minItems": 1, "items": _object(ENTRY_FIELDS)}),
+        FieldType(
+            _entries, {"type": "array", "minItems": 1, "items": mapping_schema(ENTRY_FIELDS)}
+        ),
         "what may be injected",
         required=True,
     ),
@@ -206,7 +198,7 @@ def json_schema() -> dict[str, Any]:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Plan of injected faults",
-        **_object(FIELDS),
+        **mapping_schema(FIELDS),
     }
 
 
