@@ -103,6 +103,7 @@ _SERVICE_TYPE = Field(
 )
 _WHERE = Field("where", EXPRESSION, "Python expression over `m` and `json`")
 _FIELDS = Field("fields", CONDITIONS, "field path to value or limits")
+_MESSAGES = (_WHERE, _FIELDS, _TYPE)  # which ones of a topic count
 _KEY = Field("key", PATHS, "field path, or several, as in `task_id`", required=True)
 
 KINDS = (
@@ -149,12 +150,7 @@ KINDS = (
         "rate",
         _TOPIC,
         "Messages arrive at a rate.",
-        (
-            Field("is", RATE, "`1 Hz ± 20 %`, `0.9 to 1.1 Hz`", required=True),
-            _WHERE,
-            _FIELDS,
-            _TYPE,
-        ),
+        (Field("is", RATE, "`1 Hz ± 20 %`, `0.9 to 1.1 Hz`", required=True), *_MESSAGES),
         needs_ros=True,
     ),
     ExpectationKind(
@@ -165,9 +161,7 @@ KINDS = (
             Field(
                 "below", DURATION, "limit of each pause, also of one that goes on", required=True
             ),
-            _WHERE,
-            _FIELDS,
-            _TYPE,
+            *_MESSAGES,
         ),
         needs_ros=True,
     ),
@@ -175,12 +169,7 @@ KINDS = (
         "latency",
         _TOPIC,
         "Messages are not old when they arrive.",
-        (
-            Field("below", DURATION, "limit of 95 % of the messages", required=True),
-            _WHERE,
-            _FIELDS,
-            _TYPE,
-        ),
+        (Field("below", DURATION, "limit of 95 % of the messages", required=True), *_MESSAGES),
         needs_ros=True,
     ),
     ExpectationKind(
@@ -201,20 +190,14 @@ KINDS = (
         "unique",
         _TOPIC,
         "No two messages have the same values.",
-        (_KEY, _WHERE, _FIELDS, _TYPE),
+        (_KEY, *_MESSAGES),
         needs_ros=True,
     ),
     ExpectationKind(
         "refers",
         _TOPIC,
         "Each message has values that a message on another topic had before.",
-        (
-            _KEY,
-            Field("to", _TOPIC, "the other topic", required=True),
-            _WHERE,
-            _FIELDS,
-            _TYPE,
-        ),
+        (_KEY, Field("to", _TOPIC, "the other topic", required=True), *_MESSAGES),
         needs_ros=True,
     ),
     ExpectationKind(
@@ -226,9 +209,7 @@ KINDS = (
             Field("in", _TOPIC, "the other topic", required=True),
             Field("number", NUMBER, "regular expression with a group, the count", required=True),
             Field("lag", DURATION, "how much earlier or later a count may be (default: 1 s)"),
-            _WHERE,
-            _FIELDS,
-            _TYPE,
+            *_MESSAGES,
         ),
         needs_ros=True,
     ),

@@ -7,7 +7,7 @@ from launcher.smoke.expect.expectation import START, Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import Window, condition_text, times_text, with_window
 from launcher.smoke.judges.time_series import MIN_MESSAGES, Pause, latency_s, longest_gap
-from launcher.smoke.judges.traffic import fitting, sent_s
+from launcher.smoke.judges.traffic import fitting, sent_in, sent_s, silence
 from launcher.smoke.observe.facts import Facts, ObservedMessage
 
 _DAY_S = 86_400.0
@@ -34,13 +34,12 @@ def _limit_text(what: str, verb: str, expectation: Expectation) -> str:
 @with_window(_gap_text)
 def gap(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     """Without `after`, from the first message on."""
-    received = [m for m in facts.received(expectation.subject) if sent_s(m) in when]
-    times = sorted(sent_s(m) for m in fitting(expectation, received))
+    received, times = sent_in(when, expectation, facts)
     if not when.closed:
         return when.open(seen=f"{len(times)} messages")
     about = explain.processes_on(expectation.subject, facts)
     if not times:
-        guess = None if received else explain.silence(expectation.subject, facts)
+        guess = silence(expectation, facts, received)
         return when.violated(seen="no message", guess=guess, about=about)
     counts_start = expectation.after != START
     longest = longest_gap(times, when.from_s, when.to_s, counts_start=counts_start)
@@ -81,7 +80,7 @@ def latency(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         return when.open(seen=f"{len(delays)} messages")
     about = explain.processes_on(expectation.subject, facts)
     if len(delays) < MIN_MESSAGES:
-        guess = None if received else explain.silence(expectation.subject, facts)
+        guess = silence(expectation, facts, received)
         seen = f"{len(delays)} messages are too few for a latency"
         return when.violated(seen=seen, guess=guess, about=about)
     value_s = latency_s(delays)

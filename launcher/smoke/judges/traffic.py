@@ -28,8 +28,7 @@ def _rate_text(expectation: Expectation) -> str:
 
 @with_window(_rate_text)
 def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    received = [m for m in facts.received(expectation.subject) if sent_s(m) in when]
-    times = sorted(sent_s(m) for m in fitting(expectation, received))
+    received, times = sent_in(when, expectation, facts)
     if not when.closed:
         return when.open(seen=f"{len(times)} messages")
     span: NumberRange = expectation.get("is")
@@ -38,7 +37,7 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
             return when.met(seen="no message", value=0.0, unit="Hz")
         return when.violated(
             seen=f"{len(times)} messages are too few for a rate{_refused(expectation, received)}",
-            guess=None if received else explain.silence(expectation.subject, facts),
+            guess=silence(expectation, facts, received),
             about=explain.processes_on(expectation.subject, facts),
         )
     counts_start = expectation.after != START
@@ -66,9 +65,25 @@ def _refused(expectation: Expectation, received: Sequence[ObservedMessage]) -> s
     return f"; {len(reasons)} do not match{why}"
 
 
+def sent_in(
+    when: Window, expectation: Expectation, facts: Facts
+) -> tuple[list[ObservedMessage], list[float]]:
+    """What was sent in the window, and when those were that satisfy the conditions, sorted."""
+    received = [m for m in facts.received(expectation.subject) if sent_s(m) in when]
+    return received, sorted(sent_s(m) for m in fitting(expectation, received))
+
+
 def sent_s(message: ObservedMessage) -> float:
     """The publisher's time if known: ours includes the delays of a busy machine."""
     return message.at_s if message.sent_s is None else message.sent_s
+
+
+def silence(
+    expectation: Expectation, facts: Facts, received: Sequence[ObservedMessage]
+) -> str | None:
+    """The probable cause that nothing was received; None if something was."""
+    topic, qos = expectation.subject, expectation.get("qos")
+    return None if received else explain.silence(topic, facts, qos)
 
 
 # ---- messages
@@ -108,7 +123,7 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         return when.met(seen=seen, at_s=enough_s, value=len(suited))
     return when.not_yet(
         seen=_missing(received, suited, reasons),
-        guess=None if received else _silence(expectation, facts),
+        guess=silence(expectation, facts, received),
         about=explain.processes_on(expectation.subject, facts),
         value=len(suited),
     )
@@ -138,10 +153,6 @@ def _missing(
     return f"{text} ({reasons[-1]})" if reasons else text
 
 
-def _silence(expectation: Expectation, facts: Facts) -> str | None:
-    return explain.silence(expectation.subject, facts, expectation.get("qos"))
-
-
 def _all(
     expectation: Expectation, facts: Facts, received: list[ObservedMessage], when: Window
 ) -> Verdict:
@@ -151,8 +162,7 @@ def _all(
             seen = f"message {number} after {when.since(message.at_s)}: {short(message)}{reason}"
             return when.violated(seen=seen, at_s=message.at_s)
     if not received:
-        guess = _silence(expectation, facts)
-        return when.not_yet(seen="no message", guess=guess)
+        return when.not_yet(seen="no message", guess=silence(expectation, facts, received))
     return when.so_far(seen=f"{len(received)} messages")
 
 
