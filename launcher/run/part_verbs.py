@@ -5,7 +5,7 @@ Nobody can use one before the control socket is open, so this is imported behind
 
 from __future__ import annotations
 
-from launcher.base.option import count, lazy, option
+from launcher.base.option import Option, count, lazy, option
 from launcher.base.run_verb import Verb
 
 DRY_RUN = option("--dry-run", "only show what would be done")
@@ -17,6 +17,13 @@ WHAT = option(
     "disk [LEAVE]",
     choices=("pause", "slow", "kill", "drop", "delay", "cpu", "memory", "disk"),
 )
+
+
+def _for_time(doc: str) -> Option:
+    """`--for TIME`, in seconds."""
+    parse = lazy("launcher.base.document.quantities:parse_positive_duration")
+    return option("--for TIME", doc, parse, name="for_s", kind="seconds")
+
 
 VERBS = (
     Verb(
@@ -88,12 +95,8 @@ VERBS = (
             option("--acknowledge FAULT", "somebody takes care of it"),
             option("--mute FAULT", "report it no more: no lines, no actions"),
             option("--unmute FAULT", "report it again"),
-            option(
-                "--for TIME",
-                "with --mute: the seconds until it is reported again; on a command line also 2min",
-                lazy("launcher.base.document.quantities:parse_positive_duration"),
-                name="for_s",
-                kind="seconds",
+            _for_time(
+                "with --mute: the seconds until it is reported again; on a command line also 2min"
             ),
             option("--reason TEXT", "with --acknowledge and --mute: why"),
         ),
@@ -107,13 +110,7 @@ VERBS = (
         "inject a fault into a process, or the `machine`, for a while; without WHAT, list those "
         "that are active",
         (
-            option(
-                "--for TIME",
-                "how many seconds (default: 5); on a command line also 500ms or 2min",
-                lazy("launcher.base.document.quantities:parse_positive_duration"),
-                name="for_s",
-                kind="seconds",
-            ),
+            _for_time("how many seconds (default: 5); on a command line also 500ms or 2min"),
             option("--end", "end those of NAME, or all, before their time"),
         ),
         rest=WHAT,
