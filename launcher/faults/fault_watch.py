@@ -5,12 +5,10 @@ Its process is `launcher.faults.watcher`, which judges; here is what the run has
 
 from __future__ import annotations
 
-import itertools
 import os
 import time
 from collections.abc import Callable, Mapping
 
-from launcher.base import strict_json
 from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import count, did_you_mean, escape, several
@@ -24,13 +22,14 @@ from launcher.control.fault_texts import (
 )
 from launcher.faults.watch_options import settings_of
 from launcher.posix.reactor import Timer
-from launcher.run.helpers.client_process import ClientProcess
+from launcher.run.helpers.answering_process import AnsweringProcess
 from launcher.run.part import Part
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.run.helpers.answering_process import Done
     from launcher.run.part import Exchange, VerbRequest
     from launcher.run.processes.process import Process
     from launcher.run.run import Run
@@ -61,21 +60,19 @@ class FaultWatch(Part):
         self.mutes: dict[str, Document] = {}
         self.when_named: list[Callable[[FaultWatch], object]] = []
         self.listeners: list[Callable[[Document, str], object]] = []
-        self._waiting: dict[int, Callable[[Document], None]] = {}
-        self._ids = itertools.count(1)
         self._heard_s = run.reactor.now()
         self._hangs = False
         self._timer: Timer | None = None
         settings = settings_of(run)
         self._expect: str | None = settings["expect"]
-        self._process = ClientProcess(
+        self._process = AnsweringProcess(
             run,
-            (MODULE, strict_json.packed(settings)),
+            MODULE,
+            settings,
             name="the watcher",
             without="the run is not watched",
             goodbye_s=GOODBYE_S,
-            on_line=self._heard,
-            on_exit=lambda is_restarted: self._fail("the watcher died"),
+            on_message=self._heard,
         )
 
     def begin(self) -> None:
@@ -121,14 +118,8 @@ class FaultWatch(Part):
 
     # ---- what the watcher reports
 
-    def _heard(self, line: bytes) -> None:
+    def _heard(self, report: Document) -> None:
         self._heard_s = self.run.reactor.now()
-        try:
-            report = strict_json.unpacked(line)
-        except ValueError:
-            return  # what a library prints
-        if not isinstance(report, dict):
-            return
         if "mutes" in report:
             self.mutes = report["mutes"]
         if "note" in report:
@@ -146,8 +137,8 @@ class FaultWatch(Part):
                 listener(self)
         elif "fault" in report:
             self._changed(report["fault"], report["change"])
-        if "id" in report and report["id"] in self._waiting:
-            self._waiting.pop(report["id"])(report)
+        if "id" in report:
+            self._process.answer(report["id"], report)
 
     def _say_what(self, expectations: int, implied: int) -> None:
         """What is watched, and what is muted since earlier runs, at the start."""
@@ -211,33 +202,19 @@ class FaultWatch(Part):
 
     # ---- requests
 
-    def change(
-        self, what: str, fault: str, more: Document, done: Callable[[Document], None]
-    ) -> None:
+    def change(self, what: str, fault: str, more: Document, done: Done) -> None:
         """Acknowledge, mute or unmute; `done` gets the answer, with `error` if it is refused."""
-        number = next(self._ids)
-        request = {"do": what, "fault": fault, "id": number, **more}
-        self._waiting[number] = done
-        if not self._process.send(strict_json.packed(request).encode()):
-            self._waiting.pop(number)
-            done({"error": "the watcher is not running"})
-
-    def _fail(self, error: str) -> None:
-        """Nobody will answer what has been requested."""
-        waiting, self._waiting = self._waiting, {}
-        for done in waiting.values():
-            done({"error": error})
+        self._process.ask({"do": what, "fault": fault, **more}, done)
 
     def stopping(self) -> None:
         """What happens now is the end of the run, and no fault."""
-        self._process.send(strict_json.packed({"do": "stop"}).encode())
+        self._process.order({"do": "stop"})
 
     def close(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        self._process.send(strict_json.packed({"do": "end"}).encode())
+        self._process.order({"do": "end"})
         self._process.close()
-        self._fail("the run has ended")
 
     # ---- what is known of the run and its processes
 

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from launcher.bag.flight.recording import settings_of
-from launcher.base import strict_json
 from launcher.base.model.run_events import SnapshotWritten
 from launcher.base.run_verb import BadCallError
-from launcher.run.helpers.client_process import ClientProcess
+from launcher.run.helpers.answering_process import AnsweringProcess
 from launcher.run.part import Part
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.run.helpers.answering_process import Done
     from launcher.run.part import VerbRequest
     from launcher.run.run import Run
 
 GOODBYE_S = 30.0  # to write what it has in memory to a slow disk
 MODULE = "launcher.bag.ros.flight"
-
-Done = Callable[["dict[str, Any]"], None]
 
 
 class FlightRecorderProcess(Part):
@@ -32,17 +29,14 @@ class FlightRecorderProcess(Part):
         super().__init__(run)
         assert run.socket is not None
         self._log = run.log
-        self._waiting: dict[int, Done] = {}
-        self._ids = itertools.count(1)
-        settings = settings_of(run.options, run.log_dir, run.socket)
-        self._process = ClientProcess(
+        self._process = AnsweringProcess(
             run,
-            (MODULE, strict_json.packed(settings)),
+            MODULE,
+            settings_of(run.options, run.log_dir, run.socket),
             name="the flight recorder",
             without="nothing is recorded",
             goodbye_s=GOODBYE_S,
-            on_line=self._heard,
-            on_exit=lambda is_restarted: self._fail("the flight recorder died"),
+            on_message=self._heard,
         )
 
     @property
@@ -57,18 +51,9 @@ class FlightRecorderProcess(Part):
 
         One `of_fault` has what follows, too, and is that which faults have by themselves.
         """
-        number = next(self._ids)
-        order = {"snapshot": reason, "id": number, "of_fault": of_fault}
-        if self._process.send(strict_json.packed(order).encode()):
-            self._waiting[number] = done
-        else:
-            done({"error": "the flight recorder is not running"})
+        self._process.ask({"snapshot": reason, "of_fault": of_fault}, done)
 
-    def _heard(self, line: bytes) -> None:
-        try:
-            answer = strict_json.unpacked(line)
-        except ValueError:
-            return  # what a library prints
+    def _heard(self, answer: dict[str, Any]) -> None:
         if "note" in answer:
             self._log.warn(f"recording: {answer['note']}")
             return
@@ -79,20 +64,12 @@ class FlightRecorderProcess(Part):
         elif "error" in answer:
             self._log.warn(f"no snapshot: {answer['error']}")
         for number in answer.get("asked", ()):
-            if number in self._waiting:
-                self._waiting.pop(number)(answer)
-
-    def _fail(self, error: str) -> None:
-        """Nobody will answer what has been requested."""
-        waiting, self._waiting = self._waiting, {}
-        for done in waiting.values():
-            done({"error": error})
+            self._process.answer(number, answer)
 
     def close(self) -> None:
         """Let it write what it is about to write, and wait for its exit."""
-        self._process.send(strict_json.packed({"end": True}).encode())
+        self._process.order({"end": True})
         self._process.close()
-        self._fail("the run has ended")
 
 
 def serve(request: VerbRequest) -> None:

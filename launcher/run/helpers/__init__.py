@@ -11,7 +11,8 @@ for it. On their side these have a separate descriptor, since Fast DDS prints to
   `ready_when`, with rclpy only where a fact needs a node.
 * `launcher.run.watch`: which processes have loaded a file that has changed.
 * `client_process`: programs that are clients of the control socket, and outlive a killed launcher:
-  the bridge (`--ros`), the flight recorder (`--record`), the server of the page (`--web`).
+  the bridge (`--ros`), the server of the page (`--web`). `answering_process`: those that also
+  answer requests of the run, the flight recorder (`--record`) and the watcher of faults.
 
 The console gets the launcher's output through a pipe once it is ready; until then the supervisor
 writes to the terminal. It is in the launcher's process group, so that Ctrl-Z and `fg` apply to

@@ -1,5 +1,5 @@
-"""Starts helper processes that are clients of the run: the ROS bridge, the flight recorder,
-the server of the page.
+"""Starts helper processes that are clients of the run: the ROS bridge, the flight recorder, the
+watcher of faults, the server of the page.
 
 They are not processes of the run: they do not affect the exit code.
 """
