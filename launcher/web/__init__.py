@@ -12,6 +12,7 @@ evaluates the launch file again for its tree.
 * `hub` sends messages to all pages, encoded once; a page that reads slowly delays nobody.
   `page_session` sends one page what is queued, and answers its requests.
 * `run_feed` follows the run, by `run_client`, and keeps its last lines; `fault_feed`, its faults.
+  Both send what comes in quick succession as a `batch`.
   `graph_feed` follows the probe, by `page_probe`: `graph_state` is the graph as pages see it,
   `layout` where it is drawn.
 * `remote/` is for other programs: an MCP server, and the same as OpenAPI.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Iterable
 from typing import Any
 
 from launcher.control.fault_texts import is_gone
+from launcher.web.batch import Batch
 from launcher.web.hub import Hub, Message
 from launcher.web.run_client import RunClient
 
@@ -21,8 +21,7 @@ class FaultFeed:
     def __init__(self, hub: Hub) -> None:
         self.known: dict[str, Document] | None = None
         self._hub = hub
-        self._changed: dict[str, None] = {}  # names, in order
-        self._flush: asyncio.TimerHandle | None = None
+        self._changed: Batch[str] = Batch(_BATCH_S, self._send)  # names of faults
 
     def start(self, client: RunClient) -> None:
         """Follow them, if the run is watched: else it refuses."""
@@ -44,18 +43,14 @@ class FaultFeed:
             self.known.pop(name, None)
         else:
             self.known[name] = item
-        self._changed[name] = None
-        if self._flush is None:
-            self._flush = asyncio.get_running_loop().call_later(_BATCH_S, self.flush)
+        self._changed.add(name)
 
     def flush(self) -> None:
         """Send what has changed."""
-        if self._flush is not None:
-            self._flush.cancel()
-            self._flush = None
-        changed, self._changed = self._changed, {}
-        if changed:
-            self._hub.send(self._message(changed, reset=False))
+        self._changed.flush()
+
+    def _send(self, names: list[str]) -> None:
+        self._hub.send(self._message(dict.fromkeys(names), reset=False))
 
     def opening(self) -> list[Message]:
         """What a page gets when it opens."""

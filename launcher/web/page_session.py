@@ -202,7 +202,6 @@ class PageSession:
             raise BadRequestError("too-many", f"{MAX_PAGES} pages are open already")
         self._is_trusted = True
         feeds.run.flush()  # what waits is part of everything so far
-        feeds.run.faults.flush()
         feeds.hub.join(self._outbox)
         is_same = request.get("server") == feeds.server
         hello = {

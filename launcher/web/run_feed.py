@@ -14,6 +14,7 @@ from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_events import Ended, Reloaded, Started
 from launcher.control.answer_lines import event_line
+from launcher.web.batch import Batch
 from launcher.web.fault_feed import FaultFeed
 from launcher.web.hub import Hub, Message
 from launcher.web.log_store import LogStore
@@ -52,13 +53,12 @@ class RunFeed:
         self._walls: deque[float] = deque(maxlen=KEEP_SAMPLES)
         self._samples: dict[str, deque[tuple[Any, Any, Any]]] = {}
         self._counted: dict[str | None, int] = {}
-        self._batch: list[Any] = []
+        self._batch: Batch[Any] = Batch(_BATCH_S, self._send_lines)
         self._socket = Path()
         self._is_closing = False
         self._is_plan_old = False
         self._heard_s = time.monotonic()
         self._beating: asyncio.Task[None] | None = None
-        self._flush: asyncio.TimerHandle | None = None
         self._planning: asyncio.Task[None] | None = None
         self._tree: Tree | None = None
         self._reading_tree: asyncio.Task[None] | None = None
@@ -116,19 +116,16 @@ class RunFeed:
     # ---- what comes in
 
     def _take_line(self, item: dict[str, Any]) -> None:
-        self._batch.append(self.log.add(item))
-        if self._flush is None:
-            self._flush = asyncio.get_running_loop().call_later(_BATCH_S, self.flush)
+        self._batch.add(self.log.add(item))
+
+    def _send_lines(self, lines: list[Any]) -> None:
+        first = self.log.next_number - len(lines)
+        self._hub.send({"event": "lines", "first": first, "lines": lines})
 
     def flush(self) -> None:
-        """Send the lines that have been collected."""
-        if self._flush is not None:
-            self._flush.cancel()
-            self._flush = None
-        batch, self._batch = self._batch, []
-        if batch:
-            first = self.log.next_number - len(batch)
-            self._hub.send({"event": "lines", "first": first, "lines": batch})
+        """Send the lines and faults that have been collected."""
+        self._batch.flush()
+        self.faults.flush()
 
     def _take_event(self, item: dict[str, Any]) -> None:
         entry = entry_of(item)
@@ -254,7 +251,6 @@ class RunFeed:
         self.ended = {"event": "ended", "wall": time.time(), "how": how, "text": text}
         with contextlib.suppress(RuntimeError):
             self.flush()
-            self.faults.flush()
             self._hub.send(self._processes(time.time()))
             self._hub.send(self.ended)
         self._on_end()
