@@ -11,6 +11,7 @@ import contextlib
 import os
 import sqlite3
 import time
+from collections.abc import Iterator
 from urllib.parse import quote
 
 FILE = "faults.sqlite"
@@ -63,8 +64,18 @@ def open_to_write(path: str) -> sqlite3.Connection:
     return database
 
 
-def open_to_read(path: str) -> sqlite3.Connection:
-    """Open an existing one; HistoryError, sqlite3.Error."""
+@contextlib.contextmanager
+def reading(path: str) -> Iterator[sqlite3.Connection]:
+    """Open an existing one, whose rows have names; HistoryError, also if it cannot be read."""
+    try:
+        with contextlib.closing(_opened_to_read(path)) as opened:
+            opened.row_factory = sqlite3.Row
+            yield opened
+    except sqlite3.Error as error:
+        raise HistoryError(str(error)) from None
+
+
+def _opened_to_read(path: str) -> sqlite3.Connection:
     try:
         return _opened(f"file:{quote(path)}?mode=ro")
     except sqlite3.OperationalError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sqlite3
 from dataclasses import asdict, dataclass
@@ -78,8 +77,7 @@ def histories(folder: str) -> list[TargetHistory]:
     if not os.path.exists(path):
         return []
     try:
-        with contextlib.closing(database.open_to_read(path)) as opened:
-            opened.row_factory = sqlite3.Row
+        with database.reading(path) as opened:
             if not opened.execute("SELECT 1 FROM sqlite_master LIMIT 1").fetchall():
                 return []  # it is being made
             starts: dict[str, list[float]] = {}
@@ -87,7 +85,7 @@ def histories(folder: str) -> list[TargetHistory]:
             for target, started_s in opened.execute(query):
                 starts.setdefault(target, []).append(started_s)
             return [_target(opened, target, found) for target, found in starts.items()]
-    except (sqlite3.Error, HistoryError) as error:
+    except HistoryError as error:
         raise HistoryError(f"cannot read {path}: {error}") from None
 
 

@@ -135,9 +135,9 @@ class FaultHistory:
         if not os.path.exists(self._path):
             return {}
         try:
-            with contextlib.closing(database.open_to_read(self._path)) as opened:
+            with database.reading(self._path) as opened:
                 rows = opened.execute(query, (_kept(target), now_s)).fetchall()
-        except (sqlite3.Error, HistoryError) as error:
+        except HistoryError as error:
             if "no such table" not in str(error):  # another run is just making it
                 self._failed(error)
             return {}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import sqlite3
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -137,9 +136,8 @@ def _history(root: str) -> list[dict[str, Any]]:
     if not os.path.isfile(path):
         return []
     try:
-        with contextlib.closing(database.open_to_read(path)) as opened:
-            opened.row_factory = sqlite3.Row
+        with database.reading(path) as opened:
             rows = [dict(row) for row in opened.execute("SELECT * FROM runs ORDER BY started_s")]
-    except (sqlite3.Error, HistoryError):
+    except HistoryError:
         return []
     return [row for row in rows if isinstance(row.get("log_dir"), str)]
