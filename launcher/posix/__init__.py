@@ -18,10 +18,10 @@ Doors:
 * `open_files`: the limit of open files, raised for the launcher when half of it is used, and as
   before for its children.
 * `proc`: the reader of `/proc/PID`. `tree_cpu_usage`: how busy a process and its descendants are.
-  `stdio`: redirection of standard output by descriptors, and
-  text printed to closed or narrow outputs; helper processes keep a separate descriptor for
-  messages (`keep_for_messages`), since Fast DDS prints to standard output. `keys`: those that are
-  typed, by name.
+  `stdio`: redirection of standard output by descriptors, and text printed to closed or narrow
+  outputs; helper processes keep a separate descriptor for messages (`keep_for_messages`), since
+  Fast DDS prints to standard output, and end with their input (`end_of_input`). `keys`: those that
+  are typed, by name.
 * `allocator`: memory that is freed is kept for the next large buffer. `write_behind`: files that
   are written once leave the page cache as they grow.
 * `pipes`: those that hold more than usual.

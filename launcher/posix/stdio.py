@@ -1,4 +1,4 @@
-"""Redirects standard output at the level of descriptors, and prints text to it safely."""
+"""Standard streams: redirects output at the level of descriptors, and prints text to it safely."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from collections.abc import Iterator
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import threading
     from typing import TextIO
 
-STDOUT, STDERR = 1, 2
+STDIN, STDOUT, STDERR = 0, 1, 2
 
 
 @contextlib.contextmanager
@@ -60,6 +61,24 @@ def keep_for_messages() -> None:
     fd = fcntl.fcntl(STDOUT, fcntl.F_DUPFD_CLOEXEC, STDERR + 1)
     _duplicate_stderr()
     sys.stdout = open(fd, "w", encoding=sys.stdout.encoding, errors=sys.stdout.errors)  # noqa: SIM115
+
+
+def end_of_input() -> threading.Event:
+    """An event that is set when standard input ends; what comes before is discarded.
+
+    A helper process ends with its input, the other end of which the launcher has.
+    """
+    import threading
+
+    over = threading.Event()
+
+    def read() -> None:
+        while os.read(STDIN, 4096):  # not of sys.stdin, whose lock an exit may wait for
+            pass
+        over.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    return over
 
 
 def _duplicate_stderr() -> None:

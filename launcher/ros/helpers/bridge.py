@@ -28,6 +28,7 @@ from launcher.base.model.run_events import Resources
 from launcher.control.client import Connection, RefusedError
 from launcher.posix.domains import environment_domain
 from launcher.posix.socket_directory import ControlError
+from launcher.posix.stdio import end_of_input
 from launcher.ros.discovery.completeness import has_discovered_all
 from launcher.ros.discovery.graph_server import GraphServer
 from launcher.ros.discovery.graph_socket import graph_socket_path, query
@@ -207,7 +208,7 @@ def _to_message(one: Status) -> DiagnosticStatus:
 def main(words: list[str]) -> int:
     """Serve until the run ends, or our standard input does."""
     path = Path(words[0])
-    over = threading.Event()
+    over = end_of_input()
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, lambda *_: over.set())
     name, claim = claim_name(environment_domain(), path)
@@ -215,11 +216,7 @@ def main(words: list[str]) -> int:
         bridge = Bridge(observer, path)
         executor = MultiThreadedExecutor(THREADS, context=observer.context)
         executor.add_node(observer.node)
-        for target in (
-            executor.spin,
-            lambda: bridge.follow_events(over.set),
-            lambda: _await_end_of_input(over.set),
-        ):
+        for target in (executor.spin, lambda: bridge.follow_events(over.set)):
             threading.Thread(target=target, daemon=True).start()
         over.wait()
         # the executor may be waiting for a slow stop
@@ -228,12 +225,6 @@ def main(words: list[str]) -> int:
         executor.shutdown(SHUTDOWN_S / 3)
     claim.close()
     os._exit(0)
-
-
-def _await_end_of_input(on_end: Callable[[], None]) -> None:
-    """The launcher keeps the other end open and never writes."""
-    sys.stdin.buffer.read()
-    on_end()
 
 
 if __name__ == "__main__":

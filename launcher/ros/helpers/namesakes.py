@@ -26,7 +26,7 @@ from launcher.base.text import several
 from launcher.posix import dispositions, domains, proc
 from launcher.posix.cleanup import run_id
 from launcher.posix.ports import announcement_ports
-from launcher.posix.stdio import keep_for_messages
+from launcher.posix.stdio import end_of_input, keep_for_messages
 from launcher.ros.discovery import gids
 from launcher.ros.discovery.discovery_reader import DiscoveryReader, UnsupportedDiscovery
 from launcher.ros.discovery.free_domain import free_domain
@@ -196,16 +196,10 @@ def main() -> None:
     request = strict_json.unpacked(sys.stdin.readline())
     if domains.is_off():
         return
-    over = threading.Event()
-    threading.Thread(target=_await_end_of_input, args=(over,), daemon=True).start()
+    over = end_of_input()
     search = NamesakeSearch(request["run"], request["launcher"], request["names"])
     if found := search.run(over):
         print(strict_json.packed(warning(domains.environment_domain(), found)), flush=True)
-
-
-def _await_end_of_input(over: threading.Event) -> None:
-    sys.stdin.read()
-    over.set()
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -23,7 +22,7 @@ from launcher.base.model.parameter_sections import parameters, sections
 from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 from launcher.base.text import did_you_mean
 from launcher.posix import dispositions
-from launcher.posix.stdio import keep_for_messages
+from launcher.posix.stdio import end_of_input, keep_for_messages
 
 if TYPE_CHECKING:
     from launcher.ros.service_caller import ServiceCaller
@@ -243,8 +242,7 @@ def main() -> None:
         from launcher.ros.service_caller import ServiceCaller
     except ImportError:
         return  # without rclpy there is nothing to ask with
-    over = threading.Event()
-    threading.Thread(target=_await_end_of_input, args=(over,), daemon=True).start()
+    over = end_of_input()
     nodes = [NodeToCheck(**node) for node in request["nodes"]]
     comparison = ParameterComparison(
         nodes, lambda text: print(strict_json.packed(text), flush=True)
@@ -254,11 +252,6 @@ def main() -> None:
         ServiceCaller(observer, answer_s=ANSWER_S) as caller,
     ):
         comparison.run(caller, over.is_set)
-
-
-def _await_end_of_input(over: threading.Event) -> None:
-    sys.stdin.read()
-    over.set()
 
 
 if __name__ == "__main__":

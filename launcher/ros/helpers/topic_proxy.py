@@ -21,7 +21,7 @@ from typing import Any
 from launcher.base import strict_json
 from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.posix import dispositions, proc
-from launcher.posix.stdio import keep_for_messages
+from launcher.posix.stdio import end_of_input, keep_for_messages
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.discovery.gids import pid_low16
 from launcher.ros.discovery.observer import Observer
@@ -174,8 +174,7 @@ def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # we end with our input
     request = strict_json.unpacked(sys.stdin.readline())
-    over = threading.Event()
-    threading.Thread(target=_await_end_of_input, args=(over,), daemon=True).start()
+    over = end_of_input()
     with Observer(purpose="inject") as observer:
         proxy = TopicProxy(observer, request)
         try:
@@ -185,11 +184,6 @@ def main() -> None:
             return
         say(ready=True)
         proxy.run(over)
-
-
-def _await_end_of_input(over: threading.Event) -> None:
-    sys.stdin.read()
-    over.set()
 
 
 if __name__ == "__main__":
