@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from tests.support import watcher_stand_in
+
 OPENED_S = 1796054845.12
 NODES = ("dispatcher", "monitor", "robot_1", "robot_2", "robot_3")
 
@@ -120,31 +122,21 @@ def incident_document(**changes: Any) -> dict[str, Any]:
 def fault(name: str, **changes: Any) -> dict[str, Any]:
     """A fault that is healed."""
     return {
-        "fault": name,
-        "expectation": name,
-        "kind": "rate",
-        "place": "system.expect.yaml:12",
+        **watcher_stand_in.fault(name),
         "state": "healed",
         "expected": "at least 2 Hz",
         "seen": "0.4 Hz",
         "value": 0.4,
-        "unit": "Hz",
         "first_s": OPENED_S + 0.9,
         "confirmed_s": OPENED_S + 2.1,
         "last_s": OPENED_S + 7.8,
         "healed_s": OPENED_S + 8.3,
-        "count": 1,
         "lines": [],
-        "message": None,
         "processes": [],
-        "topics": ["/fleet/status"],
         "nodes": [],
         "cause": None,
         "rule": None,
-        "follows": None,
         "incident": 3,
-        "acknowledged": None,
-        "muted": None,
         **changes,
     }
 

@@ -22,10 +22,14 @@ MUTE = """
 HOSTILE = "<b>bold</b> \u202ereversed"
 
 
-def test_faults_come_are_decided_and_heal(started: Browser, start: Start, tmp_path: Path):
-    reports = Reports(tmp_path)
-    file = tmp_path / "watched.launch.py"
+def launch_file(folder: Path) -> Path:
+    file = folder / "watched.launch.py"
     file.write_text(f'{HEAD}{IN_PLACE} sh("exec cat", name="cat")\n    ])\n')
+    return file
+
+
+def test_faults_come_are_decided_and_heal(started: Browser, start: Start, tmp_path: Path):
+    reports, file = Reports(tmp_path), launch_file(tmp_path)
     _, link = start(file, "--watchful", **reports.env)
     with page_at(started, f"{link}#/faults") as page:
         expect(page.locator(".faults-panel")).to_contain_text("All expectations hold.")
@@ -65,9 +69,7 @@ def test_faults_come_are_decided_and_heal(started: Browser, start: Start, tmp_pa
 
 
 def test_a_page_that_only_shows_has_no_buttons(started: Browser, start: Start, tmp_path: Path):
-    reports = Reports(tmp_path)
-    file = tmp_path / "watched.launch.py"
-    file.write_text(f'{HEAD}{IN_PLACE} sh("exec cat", name="cat")\n    ])\n')
+    reports, file = Reports(tmp_path), launch_file(tmp_path)
     reports.fault("confirmed")
     run, link = start(file, "--watchful", "--web-read-only", **reports.env)
     wait_until(lambda: run.ask("faults")["faults"], "the fault")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,7 @@ from playwright.sync_api import Browser, expect
 from launcher.faults.incident import document, page
 from launcher.faults.incident.bag_place import BagPlace
 from tests.faults.unit.test_incident_page import PIECES, poisoned
-from tests.support.browser import chromium, page_at
+from tests.support.browser import page_at
 from tests.support.incidents import incident_document
 
 pytestmark = pytest.mark.browser
@@ -23,12 +22,6 @@ SIZES = (
     {"width": 1920, "height": 1080},
 )
 BAG = b"PK of the bag"
-
-
-@pytest.fixture(scope="module")
-def started() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

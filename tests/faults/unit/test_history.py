@@ -18,6 +18,7 @@ from launcher.faults.history import database, listing, writing
 from launcher.faults.history.reading import histories, summaries
 from launcher.faults.history.versions import FilesVersion, described, of_launch
 from launcher.faults.history.writing import FaultHistory
+from tests.support import watcher_stand_in
 from tests.support.json_forms import fit
 from tests.support.verbs import in_process
 from tests.support.waiting import wait_until
@@ -28,24 +29,9 @@ NOW_S = time.time()
 
 def fault(name: str = "robot_1 reports", count: int = 1, **more: Any) -> dict[str, Any]:
     at_s = more.pop("at_s", NOW_S)
-    return {
-        "fault": name,
-        "expectation": name,
-        "kind": "rate",
-        "place": "system.expect.yaml:3",
-        "first_s": at_s,
-        "confirmed_s": at_s + 1,
-        "last_s": at_s + 2,
-        "healed_s": None,
-        "count": count,
-        "expected": "10 Hz",
-        "seen": "nothing",
-        "cause": None,
-        "rule": None,
-        "follows": None,
-        "incident": 1,
-        **more,
-    }
+    times = {"first_s": at_s, "confirmed_s": at_s + 1, "last_s": at_s + 2}
+    unexplained = {"cause": None, "rule": None, "seen": "nothing"}
+    return {**watcher_stand_in.fault(name, count=count), **times, **unexplained, **more}
 
 
 def begun(folder: Path, run: str, notes: list[str], **more: Any) -> FaultHistory:
