@@ -2,11 +2,11 @@
 
 It keeps the last messages of all topics in memory, and writes them with logs and events when a
 process has died unasked, when a fault of a watched run is confirmed that does not follow from
-another, or when it is requested. SETTINGS is JSON (see `FlightSettings`). It reads
-lines of JSON on stdin, `{"snapshot": REASON, "id": NUMBER}` and `{"end": true}`, and writes
-lines to stdout: `{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it
-answers as `asked`; `{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is
-the death of the launcher.
+another, or when it is requested. SETTINGS is JSON (see `FlightSettings`). It reads lines of JSON on
+stdin, `{"snapshot": REASON, "id": NUMBER, "of_fault": BOOL}` and `{"end": true}`, and writes lines
+to stdout: `{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it answers
+as `asked`; `{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is the death
+of the launcher.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ from launcher.ros.discovery.observer import Observer
 
 AFTER_S = 1.0  # what follows a death or a fault belongs to it
 APART_S = 10.0  # between two automatic snapshots: a process may die again and again
-AUTOMATIC = ("death", "fault")  # in the names of folders; a death may be a fault, too
+# Kinds of snapshots, in the names of their folders.
+AUTOMATIC = ("death", "fault")  # a death may be a fault, too
+ASKED = "asked"  # by a user
 KEEP_SNAPSHOTS = 10  # automatic ones of a run; older ones are removed
 _FORGET_S = 0.5
 _QUEUE_BYTES = 64 * 1024 * 1024
@@ -68,12 +70,13 @@ class _Due:
 
     at_s: float
     reasons: list[str] = field(default_factory=list)
-    asked: list[int] = field(default_factory=list)  # ids of requests; none if it is automatic
-    kinds: set[str] = field(default_factory=set)  # of AUTOMATIC
+    asked: list[int] = field(default_factory=list)  # ids of requests; actions of faults have some
+    kinds: set[str] = field(default_factory=set)  # ASKED, or of AUTOMATIC
 
     @property
     def kind(self) -> str:
-        return "asked" if self.asked else next(one for one in AUTOMATIC if one in self.kinds)
+        """The one that its folder is called by."""
+        return next(one for one in (ASKED, *AUTOMATIC) if one in self.kinds)
 
 
 class _RingBeside(Ring):
@@ -171,22 +174,20 @@ class FlightRecorder:
             match kind:
                 case "death" | "fault":
                     at_s = max(now + AFTER_S, self._last_automatic_s + APART_S)
-                    self._plan(detail, at_s, kind=kind)
+                    self._plan(kind, detail, at_s)
                 case "snapshot":
                     reason, number = detail
-                    self._plan(reason, now, [number])
+                    self._plan(ASKED, reason, now, [number])
                 case "snapshot of a fault":  # joins the automatic one
                     reason, number = detail
-                    self._plan(reason, now + AFTER_S, [number], kind="fault")
+                    self._plan("fault", reason, now + AFTER_S, [number])
                 case "lost":
-                    self._plan("the launcher was killed", now)
+                    self._plan("death", "the launcher was killed", now)
                     self._is_over = True
                 case "end":
                     self._is_over = True
 
-    def _plan(
-        self, reason: str, at_s: float, asked: Sequence[int] = (), kind: str = AUTOMATIC[0]
-    ) -> None:
+    def _plan(self, kind: str, reason: str, at_s: float, asked: Sequence[int] = ()) -> None:
         if self._due is None:
             self._due = _Due(at_s)
         self._due.at_s = min(self._due.at_s, at_s)
@@ -203,7 +204,7 @@ class FlightRecorder:
             return
         due, self._due = self._due, None
         assert due is not None
-        if not due.asked:
+        if due.kind in AUTOMATIC:
             self._last_automatic_s = time.monotonic()
         contents = self._contents("; ".join(due.reasons))
         self._writing = threading.Thread(target=self._write, args=(contents, due))

@@ -93,6 +93,6 @@ def test_an_action_of_a_fault_gets_the_snapshot_of_that_fault(
     recorder._take_requests(102.0)
 
     due = recorder._due
-    assert due is not None and due.asked == [7]
+    assert due is not None and (due.kind, due.asked) == ("fault", [7])
     assert due.reasons == [FAULT.event.text]
     assert due.at_s == 102.0 + flight.AFTER_S
