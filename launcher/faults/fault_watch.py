@@ -46,10 +46,11 @@ _CHANGES = ("acknowledge", "mute", "unmute")
 class FaultWatch(Part):
     """Starts the watcher, passes on requests, and keeps what it has reported.
 
-    `listeners` get each fault that has changed, with the change: `suspected`, `confirmed`,
-    `dismissed`, `healed`, or `updated`. `names` are those of the faults that there may be, as
-    `checks.check` has them, and `when_named` is called with the watch when they have come.
-    `mutes` has `reason` and `until_s` by the names of muted faults, seen or not.
+    `faults` is by name; `left` has the expectations that are left to smoke, each as `expectation`
+    and `why`. `listeners` get each fault that has changed, with the change: `suspected`,
+    `confirmed`, `dismissed`, `healed`, `updated` or `forgotten`. `names` are those of the faults
+    that there may be, as `checks.check` has them, and `when_named` is called with the watch when
+    they have come. `mutes` has `reason` and `until_s` by the names of muted faults, seen or not.
     """
 
     def __init__(self, run: Run) -> None:
@@ -93,10 +94,13 @@ class FaultWatch(Part):
             self.run.log.warn("the watcher does not respond: faults are not reported")
         self._hangs = hangs
 
+    def table(self) -> list[Document]:
+        """All faults, by their first time."""
+        return sorted(self.faults.values(), key=lambda one: one["first_s"])
+
     def active(self) -> list[Document]:
-        """The faults that were confirmed and are not healed, by their first time."""
-        found = (one for one in self.faults.values() if one["state"] == "active")
-        return sorted(found, key=lambda one: one["first_s"])
+        """Those that were confirmed and are not healed."""
+        return [one for one in self.table() if one["state"] == "active"]
 
     def reported(self) -> list[Document]:
         """The same without those that are muted."""
@@ -250,17 +254,23 @@ def serve(request: VerbRequest) -> None:
     elif options.get("follow"):
         _follow(watch, exchange)
     else:
-        table = sorted(watch.faults.values(), key=lambda one: one["first_s"])
-        mutes = watch.muted()
-        result = {
-            "faults": table,
-            "mutes": mutes,
-            "left_to_smoke": watch.left,
-            "watching": watch.is_watching,
-        }
-        lines = [fault_line(one) for one in table] or [NO_FAULT] * watch.is_watching
-        lines += [] if watch.is_watching else [NOT_WATCHING]
-        exchange.reply(result, [*lines, *mute_lines(mutes, table)])
+        _show(watch, exchange)
+
+
+def _show(watch: FaultWatch, exchange: Exchange) -> None:
+    table, mutes, is_watching = watch.table(), watch.muted(), watch.is_watching
+    result = {
+        "faults": table,
+        "mutes": mutes,
+        "left_to_smoke": watch.left,
+        "watching": is_watching,
+    }
+    lines = [fault_line(one) for one in table]
+    if not is_watching:
+        lines.append(NOT_WATCHING)
+    elif not table:
+        lines.append(NO_FAULT)
+    exchange.reply(result, [*lines, *mute_lines(mutes, table)])
 
 
 def _serve_change(
@@ -293,7 +303,7 @@ def _follow(watch: FaultWatch, exchange: Exchange) -> None:
     def send(fault: Document, change: str) -> None:
         exchange.item({**fault, "change": change})
 
-    for fault in sorted(watch.faults.values(), key=lambda one: one["first_s"]):
+    for fault in watch.table():
         send(fault, "present")
     watch.listeners.append(send)
     exchange.on_end = lambda: watch.listeners.remove(send)
