@@ -101,8 +101,13 @@ def _integer(value: object) -> Any:
     return value
 
 
+def is_time(value: Any) -> bool:
+    """Whether a value of JSON may be a time in seconds since 1970."""
+    return type(value) in (int, float) and 0 <= value < _LATEST_S
+
+
 def _time(value: object) -> Any:
-    if not 0 <= _number(value) < _LATEST_S:
+    if not is_time(value):
         raise ValueError(value)
     return value
 

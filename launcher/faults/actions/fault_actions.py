@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from launcher.base import strict_json
@@ -204,7 +204,7 @@ class FaultActions(Part):
     def _start(
         self,
         action: FaultAction,
-        words: Any,
+        words: Sequence[str],
         env: Mapping[str, str],
         document: object,
         *,

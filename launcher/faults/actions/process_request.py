@@ -27,7 +27,7 @@ class ProcessRequests:
     ) -> None:
         self._run = run
         self._within_s = action.within_s
-        self._left = len(processes)
+        self._number = len(processes)
         self._results: list[Result] = []
         self._requests: list[tuple[Process, ProcessRequest]] = []
         self._done: Done | None = done
@@ -41,7 +41,7 @@ class ProcessRequests:
 
     def _answered(self, result: Result) -> None:
         self._results.append(result)
-        if len(self._results) == self._left:
+        if len(self._results) == self._number:
             ok = all(one.done or one.kind in _AS_WANTED for one in self._results)
             self._end(ok, "; ".join(map(sentence, self._results)))
 

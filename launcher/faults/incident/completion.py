@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import Any
 
 from launcher.base import strict_json
-from launcher.base.model.event_entries import entry_in
 from launcher.base.model.run_event import Entry
 from launcher.base.model.run_events import Resources
 from launcher.faults.incident.document import (
@@ -22,8 +21,8 @@ from launcher.faults.incident.document import (
 )
 from launcher.faults.incident.merged_log import merged_lines
 from launcher.faults.incident.redaction import document_without_secrets, without_secrets
-from launcher.faults.incident.run_folder import RunFolder
-from launcher.output.logs.run_directory import EVENTS, PLAN
+from launcher.faults.incident.run_folder import RunFolder, entries_of
+from launcher.output.logs.run_directory import PLAN
 
 BEFORE_S, AFTER_S = 60.0, 20.0
 _MAX_PLAN = 64 * 1024 * 1024
@@ -38,7 +37,7 @@ def completed(incident: IncidentDocument, folder: RunFolder | None) -> IncidentD
     if not incident.versions:
         changes["versions"] = folder.versions
     if not incident.events or not incident.processes:
-        entries = _entries(folder.file(EVENTS), incident)
+        entries = [one for one in entries_of(folder.path) if _is_near(one.wall_s, incident)]
         if not incident.events:
             kept = [one for one in entries if not one.event.is_sample]
             changes["events"] = tuple(kept[-MAX_EVENTS:])
@@ -66,15 +65,6 @@ def plan_of(incident: IncidentDocument, folder: RunFolder | None) -> Mapping[str
 def _is_near(at_s: float, incident: IncidentDocument) -> bool:
     until_s = incident.opened_s if incident.closed_s is None else incident.closed_s
     return incident.opened_s - BEFORE_S <= at_s <= until_s + AFTER_S
-
-
-def _entries(path: str, incident: IncidentDocument) -> list[Entry]:
-    try:
-        with open(path, "rb") as file:
-            found = [entry for entry in map(entry_in, file) if entry is not None]
-    except OSError:
-        return []
-    return [entry for entry in found if _is_near(entry.wall_s, incident)]
 
 
 def _samples(entries: list[Entry], names: tuple[str, ...]) -> dict[str, tuple[Point, ...]]:

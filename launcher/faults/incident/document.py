@@ -7,7 +7,7 @@ default, and one of a wrong type as well, which `problems` then names. Times are
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -225,15 +225,17 @@ def _fault(doc: DocumentFields) -> ReportedFault:
     )
 
 
-def _notes(doc: DocumentFields) -> list[str]:
-    notes = []
+def _notes(doc: DocumentFields) -> Iterator[str]:
+    """What a user has decided, and why."""
     for key in ("acknowledged", "muted"):
         if isinstance(doc.value.get(key), Mapping):
-            reason = DocumentFields(doc.value[key], f"{doc.place}.{key}", doc.problems).optional(
-                "reason"
-            )
-            notes.append(f"{key}: {reason}" if reason else key)
-    return notes
+            about = DocumentFields(doc.value[key], f"{doc.place}.{key}", doc.problems)
+            yield ": ".join(filter(None, [key, about.text("reason")]))
+
+
+def label_of(process: str) -> str:
+    """`robot_1` of `robot_1-3`: the name in the launch file, and as a rule that of its node."""
+    return process.rpartition("-")[0] or process
 
 
 def _cause(doc: DocumentFields) -> ReportedCause:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from launcher.base.model.event_entries import is_time
 from launcher.faults.incident.limits import clipped
 
 MAX_TEXT = 4000  # characters
 MAX_NAME = 300
-_LATEST_S = 1e11  # in the year 5138; a larger number is no time
 _MOST_PROBLEMS = 50
 _NOTHING: Mapping[str, Any] = {}
 
@@ -118,10 +118,6 @@ class DocumentFields:
     def _note(self, text: str) -> None:
         if len(self.problems) < _MOST_PROBLEMS:
             self.problems.append(text)
-
-
-def is_time(value: object) -> bool:
-    return _is_number(value) and 0 <= float(value) < _LATEST_S  # type: ignore[arg-type]
 
 
 def _is_number(value: object) -> bool:

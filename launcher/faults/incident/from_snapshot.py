@@ -16,13 +16,11 @@ from launcher.bag.bag_model import BagError
 from launcher.bag.reader import Bag
 from launcher.bag.snapshot_folder import INDEX
 from launcher.base import strict_json
-from launcher.base.model.event_entries import entry_in
 from launcher.base.model.run_event import Entry
 from launcher.base.model.run_events import Asked, Resources, Signalled, Started
-from launcher.faults.incident.document import MAX_POINTS, IncidentError
+from launcher.faults.incident.document import MAX_POINTS, IncidentError, label_of
 from launcher.faults.incident.merged_log import LoggedLine, merged_lines
-from launcher.faults.incident.run_folder import RunFolder
-from launcher.output.logs.run_directory import EVENTS
+from launcher.faults.incident.run_folder import RunFolder, entries_of
 
 MAX_TOPICS = 12
 _BEFORE_S = 3.0  # a request or a signal so long before a death may be its cause
@@ -39,7 +37,7 @@ def document_of(path: str, folder: RunFolder | None = None, *, has_topics: bool 
     large.
     """
     index = _index(path)
-    entries = _entries(os.path.join(path, EVENTS))
+    entries = entries_of(path)
     lines = merged_lines(os.path.join(path, "logs"))
     end_s = _end_s(index, path)
     deaths = [entry for entry in entries if entry.event.is_failure]
@@ -99,20 +97,12 @@ def _end_s(index: Sequence[str], path: str) -> float:
     return os.path.getmtime(os.path.join(path, INDEX))
 
 
-def _entries(path: str) -> list[Entry]:
-    try:
-        with open(path, "rb") as file:
-            return [entry for entry in map(entry_in, file) if entry is not None]
-    except OSError:
-        return []
-
-
 def _fault(
     entry: Entry, entries: Sequence[Entry], lines: Sequence[LoggedLine], index: Sequence[str]
 ) -> Document:
     name = entry.process or "a process"
     own = [line for line in lines if line.process == entry.process and line.wall_s <= entry.wall_s]
-    label = name.rpartition("-")[0] or name
+    label = label_of(name)
     back_s = _return_s(entry, entries)
     published = [found for found in map(_LAST.match, index) if found and found[2] == label]
     return {

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from launcher.base.model.event_entries import entry_in
+from launcher.base.model.run_event import Entry
 from launcher.base.text import several
 from launcher.control.active_runs import LAUNCH_SUFFIXES, ListedRun, all_runs, find_run
 from launcher.faults.history import database
@@ -35,6 +37,15 @@ class RunFolder:
 
     def file(self, *names: str) -> str:
         return os.path.join(self.path, *names)
+
+
+def entries_of(folder: str) -> list[Entry]:
+    """The event log in this folder; [] if it cannot be read."""
+    try:
+        with open(os.path.join(folder, EVENTS), "rb") as file:
+            return [*filter(None, map(entry_in, file))]
+    except OSError:
+        return []
 
 
 def find(which: str | None, report: Report) -> RunFolder:

@@ -11,7 +11,7 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from launcher.faults.incident.markup import EMPTY, Markup, join, tag, text
+from launcher.faults.incident.markup import EMPTY, Markup, join, tag
 from launcher.faults.incident.parts.series import Curve, nice_top
 from launcher.faults.incident.parts.span import WIDTH, TimeSpan, tick_text
 
@@ -47,7 +47,8 @@ class Chart:
         top = self.top or nice_top(max([*values, *self.limits], default=1.0) * 1.05)
         head = [tag("strong", self.title), tag("span", self.about, class_="muted")]
         if len(self.lines) > 1:
-            head.append(tag("span", *(_key(line) for line in self.lines), class_="legend-line"))
+            keys = [key(line.style, line.name) for line in self.lines]
+            head.append(tag("span", *keys, class_="legend-line"))
         return tag(
             "figure",
             tag("figcaption", *head),
@@ -72,7 +73,7 @@ class Chart:
         )
 
     def _bands(self, span: TimeSpan) -> Markup:
-        return join(band(span, start, end, HEIGHT) for start, end in self.bands)
+        return join(bar(span, start, end, "band") for start, end in self.bands)
 
 
 def drawing(height: float) -> dict[str, object]:
@@ -106,11 +107,20 @@ def ticks(span: TimeSpan) -> Markup:
     )
 
 
-def band(span: TimeSpan, start_s: float, end_s: float, height: float) -> Markup:
+def bar(
+    span: TimeSpan,
+    start_s: float,
+    end_s: float,
+    style: str,
+    *,
+    top: int = 0,
+    height: float = HEIGHT,
+) -> Markup:
+    """The time from one to the other; nothing if that is not in the span."""
     left, right = span.x(start_s), span.x(end_s)
     if right <= left:
         return EMPTY
-    return tag("rect", x=left, y=0, width=round(right - left, 2), height=height, class_="band")
+    return tag("rect", x=left, y=top, width=round(right - left, 2), height=height, class_=style)
 
 
 def dot(x: float, y: float, style: str, title: object = EMPTY) -> Markup:
@@ -158,7 +168,6 @@ def _marks(times: Sequence[float], span: TimeSpan) -> Markup:
     return _path("".join(f"M{span.x(at):g} {HEIGHT - 6:g}v6" for at in times), "rug")
 
 
-def _key(line: ChartLine) -> Markup:
-    return tag(
-        "span", tag("span", text(""), class_=f"swatch {line.style}"), line.name, class_="key"
-    )
+def key(style: str, name: str) -> Markup:
+    """An item of a legend."""
+    return tag("span", tag("span", EMPTY, class_=f"swatch {style}"), name, class_="key")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from launcher.base.text import count, several
-from launcher.faults.incident.document import IncidentDocument
+from launcher.faults.incident.document import IncidentDocument, label_of
 from launcher.faults.incident.limits import PageLimits
 from launcher.faults.incident.markup import EMPTY, Markup, details, plain, section, tag
 from launcher.faults.incident.parts import graph_drawing
@@ -41,7 +41,7 @@ def _in_question(
     incident: IncidentDocument, found: Iterable[KnownGraph]
 ) -> tuple[set[str], set[str]]:
     """Nodes and topics of the faults, and the nodes of their processes, by their names."""
-    labels = {name.rpartition("-")[0] or name for one in incident.faults for name in one.processes}
+    labels = {label_of(name) for one in incident.faults for name in one.processes}
     names = {plain(name) for one in incident.faults for name in one.nodes}
     for one in found:
         names |= {name for name in one.graph.nodes if name.rpartition("/")[2] in labels}

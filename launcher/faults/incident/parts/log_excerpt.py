@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from launcher.base.text import count
 from launcher.faults.incident.document import IncidentDocument, ReportedLine
-from launcher.faults.incident.limits import PageLimits
+from launcher.faults.incident.limits import PageLimits, clipped
 from launcher.faults.incident.markup import EMPTY, Markup, details, join, plain, section, tag
 from launcher.faults.incident.parts.span import clock, offset
 from launcher.output.filters import ERROR, LEVELS, LineLevels
@@ -71,10 +71,8 @@ def _rows(
     evidence |= {_OF_PROCESS.sub("", text) for text in evidence}
     rows = []
     for line in lines[first:last]:
-        text = plain(line.text[:MAX_CHARACTERS], keep="\t")
+        text = plain(clipped(line.text, MAX_CHARACTERS), keep="\t")
         level = levels.of(line.process, text.encode(errors="replace"))
-        if line.text[MAX_CHARACTERS:]:
-            text += f"… ({len(line.text) - MAX_CHARACTERS} more characters)"
         rows.append(
             _row(line, text, level, incident.opened_s, is_evidence=text.strip() in evidence)
         )

@@ -8,7 +8,7 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.text import count
-from launcher.faults.incident.document import IncidentDocument
+from launcher.faults.incident.document import IncidentDocument, label_of
 from launcher.faults.incident.limits import PageLimits, clipped
 from launcher.faults.incident.markup import EMPTY, Markup, details, join, section, tag
 from launcher.faults.incident.parts.fault_tree import block
@@ -24,7 +24,7 @@ def plan(
     """`document` is the plan of the run without secrets; None if there is none."""
     found = (document or {}).get("processes")
     rows = [one for one in found if isinstance(one, Mapping)] if isinstance(found, list) else []
-    labels = {name.rpartition("-")[0] or name for name in incident.processes_in_question}
+    labels = {label_of(name) for name in incident.processes_in_question}
     ours = [one for one in rows if one.get("label") in labels]
     others = [one for one in rows if one.get("label") not in labels][: limits.of(MAX_PROCESSES)]
     declared = (document or {}).get("declared")

@@ -27,10 +27,14 @@ def topics(incident: IncidentDocument, span: TimeSpan, limits: PageLimits) -> Ma
         for name, topic in chosen[: limits.of(MAX_TOPICS)]
         for chart in _of_topic(name, topic, incident, span)
     ]
-    more = len(chosen) - limits.of(MAX_TOPICS)
-    note = tag("p", f"{count(more, 'topic')} more in the document.") if more > 0 else EMPTY
-    grid = tag("div", *shown, class_="plots") if shown else EMPTY
-    return section("topics", "Topics in question", grid, note)
+    return _in_question("topics", shown, len(chosen) - limits.of(MAX_TOPICS))
+
+
+def _in_question(name: str, charts: Sequence[Markup], more: int) -> Markup:
+    """The section of the topics or processes in question, of which `more` are left out."""
+    note = tag("p", f"{more} more in the document.") if more > 0 else EMPTY
+    grid = tag("div", *charts, class_="plots") if charts else EMPTY
+    return section(name, f"{name.capitalize()} in question", grid, note)
 
 
 def _of_topic(
@@ -131,10 +135,7 @@ def processes(incident: IncidentDocument, span: TimeSpan, limits: PageLimits) ->
         own = [fault for fault in incident.faults if name in fault.processes]
         for chart in _of_process(name, incident.processes[name], _bands(own, span), span):
             shown.append(chart.markup(span))
-    more = len(named) - limits.of(MAX_PROCESSES)
-    note = tag("p", f"{more} more processes are in the document.") if more > 0 else EMPTY
-    grid = tag("div", *shown, class_="plots") if shown else EMPTY
-    return section("processes", "Processes in question", grid, note)
+    return _in_question("processes", shown, len(named) - limits.of(MAX_PROCESSES))
 
 
 def _of_process(

@@ -8,7 +8,7 @@ from launcher.base.text import count
 from launcher.faults.incident.document import IncidentDocument, ReportedFault
 from launcher.faults.incident.limits import PageLimits, clipped
 from launcher.faults.incident.markup import EMPTY, Markup, details, join, section, tag
-from launcher.faults.incident.parts.chart import axes, dot, drawing, ticks
+from launcher.faults.incident.parts.chart import axes, bar, dot, drawing, key, ticks
 from launcher.faults.incident.parts.happenings import KINDS, Happening, happenings
 from launcher.faults.incident.parts.span import TimeSpan, clock, offset
 
@@ -26,7 +26,8 @@ def timeline(incident: IncidentDocument, span: TimeSpan, limits: PageLimits) -> 
     if lanes:
         chart = tag("div", *lanes, tag("div", ticks(span), class_="lane-x"), class_="lanes")
     used = {one.kind for one in found}
-    legend = tag("p", *(_key(kind) for kind in KINDS if kind in used), class_="legend small")
+    keys = [key(kind, name) for kind, name in KINDS.items() if kind in used]
+    legend = tag("p", *keys, class_="legend small")
     return section("timeline", "Timeline", chart, legend, _list(found, incident.opened_s, limits))
 
 
@@ -39,15 +40,8 @@ def _life(fault: ReportedFault, span: TimeSpan) -> Markup:
     first_s = fault.first_s or span.zero_s
     end_s = span.end_s if fault.healed_s is None else fault.healed_s
     confirmed_s = end_s if fault.confirmed_s is None else fault.confirmed_s
-    bars = [_bar(span, first_s, confirmed_s, "suspected"), _bar(span, confirmed_s, end_s, "active")]
-    return join(bars)
-
-
-def _bar(span: TimeSpan, start_s: float, end_s: float, style: str) -> Markup:
-    left, right = span.x(start_s), span.x(end_s)
-    if right <= left:
-        return EMPTY
-    return tag("rect", x=left, y=8, width=round(right - left, 2), height=12, class_=style)
+    times = ((first_s, confirmed_s, "suspected"), (confirmed_s, end_s, "active"))
+    return join(bar(span, *one, top=8, height=12) for one in times)
 
 
 def _life_text(fault: ReportedFault, span: TimeSpan) -> str:
@@ -98,10 +92,6 @@ def _dots(found: Iterable[Happening], span: TimeSpan) -> Markup:
 def _lane(name: str, inside: Markup, about: str, span: TimeSpan) -> Markup:
     svg = tag("svg", tag("title", about), axes(span, _HEIGHT), inside, **drawing(_HEIGHT))
     return tag("div", tag("span", name, class_="lane-name"), svg, class_="lane")
-
-
-def _key(kind: str) -> Markup:
-    return tag("span", tag("span", EMPTY, class_=f"swatch {kind}"), KINDS[kind], class_="key")
 
 
 # ---- the list
