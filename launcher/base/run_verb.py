@@ -127,3 +127,8 @@ class BadCallError(Exception):
         self.code = code
         self.message = message
         self.hint = hint
+
+    @property
+    def document(self) -> dict[str, str | None]:
+        """The `error` of an answer in JSON."""
+        return {"code": self.code, "message": self.message, "hint": self.hint}

@@ -130,5 +130,4 @@ def raw_reply(request_id: object, name: str, values: Sequence[str]) -> bytes:
 
 def failure(request_id: object, problem: BadCallError) -> bytes:
     """The last answer to a request that failed."""
-    error = {"code": problem.code, "message": problem.message, "hint": problem.hint}
-    return encode({"id": request_id, "ok": False, "error": error})
+    return encode({"id": request_id, "ok": False, "error": problem.document})

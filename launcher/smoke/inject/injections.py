@@ -70,9 +70,10 @@ class ActiveInjection:
 
     @property
     def name(self) -> str:
-        return MACHINE if self.process is None else self.process.name
+        return _name(self.process)
 
-    def document(self, now: float, problem: str | None = None) -> dict[str, Any]:
+    def document(self, now: float) -> dict[str, Any]:
+        """As in docs/reference/json.md; `now` is the time of the reactor."""
         for_s, left_s = self.injection.for_s, 0.0
         if self.until_s is not None and not self.is_ending:
             left_s = max(0.0, round(self.until_s - now, 3))
@@ -82,7 +83,7 @@ class ActiveInjection:
             "began_wall_s": self.began_wall_s,
             "for_s": for_s,
             "left_s": left_s,
-            "problem": problem,
+            "problem": None,
         }
 
 
@@ -249,6 +250,10 @@ class Injections(Part):
         return {**row, "paused": False} if "slow" in kinds else row
 
 
+def _name(process: Process | None) -> str:
+    return MACHINE if process is None else process.name
+
+
 def _is_cpu(one: ActiveInjection) -> bool:
     return one.injection.kind == "cpu"
 
@@ -345,10 +350,6 @@ class _InjectionAnswers:
             self._request.exchange.fail(BadCallError("wrong-state", "; ".join(texts)))
         else:
             reply(self._request, self._documents)
-
-
-def _name(process: Process | None) -> str:
-    return MACHINE if process is None else process.name
 
 
 def _chosen(request: VerbRequest, injections: Injections) -> list[ActiveInjection]:

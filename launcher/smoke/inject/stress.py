@@ -289,9 +289,7 @@ def main() -> None:
     request = strict_json.unpacked(line)
     try:
         WORKS[request["kind"]](request, StressInput(request["for_s"]))
-    except StressRefusedError as error:
-        _say({"error": str(error)})
-    except OSError as error:
+    except (StressRefusedError, OSError) as error:
         _say({"error": str(error)})
 
 

@@ -138,8 +138,7 @@ def refusal(status: int, message: str) -> Response:
 def _problem(
     error: BadCallError, status: int, headers: Mapping[str, str] | None = None
 ) -> Response:
-    fault = {"code": error.code, "message": error.message, "hint": error.hint}
-    return _json({"error": fault}, status, headers)
+    return _json({"error": error.document}, status, headers)
 
 
 def _json(

@@ -65,9 +65,8 @@ def _done(outcome: ToolOutcome) -> types.CallToolResult:
 
 def _failed(error: BadCallError) -> types.CallToolResult:
     text = "\n".join(filter(None, [error.message, error.hint and f"hint: {error.hint}"]))
-    fault = {"code": error.code, "message": error.message, "hint": error.hint}
     return types.CallToolResult(
         content=[types.TextContent(text=text)],
-        structured_content={"error": fault},
+        structured_content={"error": error.document},
         is_error=True,
     )
