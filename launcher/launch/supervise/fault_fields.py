@@ -19,7 +19,7 @@ from launcher.base.document.fields import (
 )
 from launcher.base.document.quantities import DURATION, DURATION_PATTERN, for_editors
 from launcher.base.model.fault_action import WHEN
-from launcher.launch.supervise.ready_fields import is_text
+from launcher.launch.supervise.ready_fields import TEXTS, is_text
 from launcher.launch.supervise.ready_fields import words as command_words
 
 ON = "on"  # a text, since the document is read without types: in YAML 1.1 it is also `true`
@@ -80,15 +80,14 @@ def _nothing(value: object) -> None:
         raise FieldError(f"{shown(value)} is too much: it takes nothing")
 
 
-_MANY = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
 # Action -> the field of FaultAction that has its value, the parser, the schema, its default budget.
 _FEW, _MORE = (3, 600.0), (20, 600.0)
 ACTIONS: dict[str, tuple[str, Callable[[object], Any], Mapping[str, object], tuple[int, float]]] = {
-    "restart": ("names", _names, _MANY, _FEW),
-    "stop": ("names", _names, _MANY, _FEW),
-    "start": ("names", _names, _MANY, _FEW),
+    "restart": ("names", _names, TEXTS, _FEW),
+    "stop": ("names", _names, TEXTS, _FEW),
+    "start": ("names", _names, TEXTS, _FEW),
     "snapshot": ("", _nothing, {"type": "null"}, _MORE),
-    "run": ("words", command_words, _MANY, _MORE),
+    "run": ("words", command_words, TEXTS, _MORE),
     "webhook": ("url", _url, _TEXT, _MORE),
     "desktop": ("", _nothing, {"type": "null"}, _MORE),
 }

@@ -27,6 +27,8 @@ _NAME = rf"(?:/|{_PLACEHOLDERS})(?:[A-Za-z0-9_/~]|{_PLACEHOLDERS})*"
 _NODE_PATTERN = rf"\*|{_NAME[:-2]}|[*?\[\]])*"
 _TYPE = r"[A-Za-z][A-Za-z0-9_]*/{kind}/[A-Za-z][A-Za-z0-9_]*"
 MIN_EVERY_S = 0.05
+# The schema of a text, or a list of them.
+TEXTS = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
 
 
 def is_text(value: object) -> bool:
@@ -243,10 +245,7 @@ KINDS = (
     FactKind(
         "command",
         "A command exits with code 0; it is repeated until then.",
-        FieldType(
-            words,
-            {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]},
-        ),
+        FieldType(words, TEXTS),
         "run",
         {"every": (_EVERY, "time from one attempt to the next (default: 1 s)")},
         {"every": "every_s"},

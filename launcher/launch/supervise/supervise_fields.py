@@ -19,7 +19,7 @@ from launcher.base.document.quantities import DURATION
 from launcher.base.model.supervision import ON_TIMEOUT, After
 from launcher.launch import process_options
 from launcher.launch.supervise import fault_fields
-from launcher.launch.supervise.ready_fields import facts, facts_schema, is_text
+from launcher.launch.supervise.ready_fields import TEXTS, facts, facts_schema, is_text
 from launcher.run.monitor.budget_parser import KEYS as BUDGET_KEYS
 
 _SCALAR = {"type": ["string", "number"]}
@@ -58,8 +58,7 @@ def _names(value: object) -> tuple[str, ...]:
     return tuple(names)
 
 
-_NAMES_SCHEMA = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
-NAMES = FieldType(_names, _NAMES_SCHEMA)
+NAMES = FieldType(_names, TEXTS)
 AFTER_ENTRIES = {
     "processes": (NAMES, "names or patterns of the processes that it waits for"),
     "timeout": (DURATION, "how long it waits at most (default: 60 s)"),
@@ -82,7 +81,7 @@ def _after(value: object) -> After:
 
 _AFTER_SCHEMA = {
     "anyOf": [
-        *_NAMES_SCHEMA["anyOf"],
+        *TEXTS["anyOf"],
         {
             "type": "object",
             "additionalProperties": False,
