@@ -13,6 +13,7 @@ from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError, did_you_mean, name_fault
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.decoding import kept_interrupts
 
 if TYPE_CHECKING:
     from rclpy.client import Client
@@ -159,7 +160,8 @@ class ServiceCaller:
         """Run callbacks until `is_done`, which is called again and again, or for `limit_s`."""
         deadline = time.monotonic() + limit_s
         while not is_done() and (left_s := deadline - time.monotonic()) > 0:
-            self._executor.spin_once(timeout_sec=min(left_s, 0.1))
+            with kept_interrupts():
+                self._executor.spin_once(timeout_sec=min(left_s, 0.1))
 
 
 def silence(name: str, limit_s: float) -> NoAnswerError:

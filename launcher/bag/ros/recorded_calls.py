@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.decoding import decoder, kept_interrupts
 from launcher.ros.messages.interfaces import load
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ class Requester:
     ) -> None:
         with_library(kind)
         self.service = service
-        self._event, self._response = kind.Event, kind.Response
+        self._decode, self._response = decoder(kind.Event), kind.Response
         self.sent = self.unserved = self.of_others = self.without_contents = 0
         self._pending: set[int] = set()
         self._prepare = prepare
@@ -52,9 +53,7 @@ class Requester:
         self._wanted = _REQUEST_SENT if source == "client" else _REQUEST_RECEIVED
 
     def send(self, data: bytes) -> None:
-        from rclpy.serialization import deserialize_message
-
-        event = deserialize_message(data, self._event)
+        event = self._decode(data)
         kind = event.info.event_type
         if kind != self._wanted:
             self.of_others += kind in (_REQUEST_SENT, _REQUEST_RECEIVED)
@@ -79,7 +78,8 @@ class Requester:
         """Whether an answer has not come yet; a request that is under way ends with its client."""
         with self._client.handle:
             while self._pending:
-                header, response = self._client.handle.take_response(self._response)
+                with kept_interrupts():
+                    header, response = self._client.handle.take_response(self._response)
                 if header is None:
                     break
                 number = header.request_id.sequence_number

@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from launcher.ros.messages.decoding import decoder
 from launcher.ros.messages.interfaces import load_message
+from launcher.ros.topics.raw import subscribed
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
@@ -57,9 +59,9 @@ class SimClock(WallClock):
 
         profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
         self._started_s = time.monotonic()
-        self._subscription = observer.node.create_subscription(
-            load_message("rosgraph_msgs/msg/Clock"), "/clock", lambda message: None, profile
-        )
+        kind = load_message("rosgraph_msgs/msg/Clock")
+        self._decode = decoder(kind)
+        self._subscription = subscribed(observer.node, kind, "/clock", profile)
 
     def stop(self) -> None:
         self.now_ns()
@@ -70,8 +72,8 @@ class SimClock(WallClock):
             return self._now_ns
         take, kind = self._subscription.handle.take_message, self._subscription.msg_type
         with self._subscription.handle:
-            while (taken := take(kind, False)) is not None:
-                self._set(taken[0].clock)
+            while (taken := take(kind, True)) is not None:
+                self._set(self._decode(taken[0]).clock)
         if self._now_ns is None and not self._has_warned:
             self._warn_of_silence()
         return self._now_ns

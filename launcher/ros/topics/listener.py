@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError, name_fault
 from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.decoding import decoder
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.snapshot.ros_graph import Direction, Endpoint
@@ -118,8 +119,6 @@ class Listener:
 
         Without a profile and publishers there is no subscription until there are some.
         """
-        from rclpy.serialization import deserialize_message
-
         kind = with_library(load_message(target.type))
 
         def create(fitting: object) -> Any:
@@ -134,7 +133,7 @@ class Listener:
                 create,
                 lambda publishers: qos.listening(publishers, depth)[0],
             ),
-            decode=bytes if self._raw else lambda data: deserialize_message(data, kind),
+            decode=bytes if self._raw else decoder(kind),
             is_fixed=profile is not None,
             undiscovered={one.gid for one in target.publishers},
         )

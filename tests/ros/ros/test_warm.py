@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.posix import proc
 from launcher.run.monitor.shared_memory import FOLDER, held
 from tests.support.repository import REPOSITORY
 from tests.support.ros_domain import ros_domain
@@ -19,6 +20,7 @@ from tests.support.waiting import wait_until
 
 NODE = """#!{python}
 import inspect
+import os
 import sys
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError
@@ -31,8 +33,16 @@ class Peer(Node):
         super().__init__(name)
         self.publisher = self.create_publisher(String, "words", 10)
         self.create_subscription(String, "words", self.heard, 10)
-        self.create_timer(0.1, lambda: self.publisher.publish(String(data=name)))
+        self.talking = self.create_timer(0.1, self.talk)
         self.known = set()
+
+    def talk(self):
+        if not os.path.exists("{silence}"):
+            self.publisher.publish(String(data=self.get_name()))
+            return
+        self.publisher.publish(String(data=f"the end of {{self.get_name()}}"))
+        self.talking.cancel()
+        self.create_timer(1.0, lambda: None)  # a signal between two waits may not wake it otherwise
 
     def heard(self, message):
         if message.data not in self.known:
@@ -41,7 +51,8 @@ class Peer(Node):
 
 def unless_shut_down(spin):
     # an executor that is between two waits when the signal comes fails with an RCLError (one run
-    # in ten beside busy loops), executed or forked
+    # in ten beside busy loops), executed or forked; one that takes a message, with a RuntimeError
+    # in place of the KeyboardInterrupt (ros2-behaviour.md, 4.24), so that they are silent by then
     try:
         spin()
     except RCLError:
@@ -99,7 +110,8 @@ class Run:
     def __init__(self, folder: Path, env: dict[str, str], how: str) -> None:
         self.is_warm = how == "--warm"
         script, file = folder / "node", folder / "peers.launch.py"
-        script.write_text(NODE.format(python=sys.executable))
+        self.silence = folder / "silence"  # once it exists, the nodes publish nothing any more
+        script.write_text(NODE.format(python=sys.executable, silence=self.silence))
         script.chmod(0o755)
         file.write_text(LAUNCH.format(script=script, names=NAMES))
         self._screen = folder / "screen"
@@ -135,13 +147,17 @@ def run(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Run]:
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
 def test_warm_nodes_talk_and_end_as_cold_ones(run: Run, signum: int):
-    for hearer in NAMES:
-        for speaker in NAMES:
-            run.wait_for(f"{hearer} hears {speaker}")
+    pairs = [(hearer, speaker) for hearer in NAMES for speaker in NAMES]
+    for hearer, speaker in pairs:
+        run.wait_for(f"{hearer} hears {speaker}")
+    run.silence.touch()
+    for hearer, speaker in pairs:
+        run.wait_for(f"{hearer} hears the end of {speaker}")
     for name in NAMES:  # which rclpy does at the first message of the log
         (found,) = re.findall(rf"{name} has found (\d+) files", run.screen)
         assert (int(found) > 100) == run.is_warm
     pids = {run.pid_of(name) for name in NAMES}  # they have segments of other processes mapped, too
+    wait_until(lambda: {proc.state(pid) for pid in pids} == {"S"}, "all of them wait for messages")
     segments = [Path(FOLDER, name) for name, pid in held().items() if pid in pids]
     segments = [path for path in segments if "_port" not in path.name]  # ports are shared
     assert len([path for path in segments if path.exists()]) >= len(NAMES)
