@@ -25,6 +25,10 @@ MAX_WAITING = 10_000  # rows that could not be written yet
 MAX_TEXT = 2000
 RETRY_S = 5.0  # after an error that may pass: a full disk
 CLOSE_S = 3.0
+# After a transaction: those who wait for the lock look for it again after 0.1 s at most
+# (`sqliteDefaultBusyCallback`), so that each of them gets its turn; what comes meanwhile is
+# written at once.
+PAUSE_S = 0.2
 _FAULT_FIELDS = (
     "expectation",
     "kind",
@@ -192,6 +196,7 @@ class FaultHistory:
                     self._rest(RETRY_S)
                     continue
                 if not is_last:
+                    self._rest(PAUSE_S)
                     self._rest(None)
         except (sqlite3.Error, HistoryError) as error:
             self._failed(error)
@@ -202,7 +207,7 @@ class FaultHistory:
                     opened.close()
 
     def _rest(self, timeout_s: float | None) -> None:
-        """Until something waits, or, after an error, so long."""
+        """So long, or else until something waits; never after the end of the run."""
         with self._lock:
             if timeout_s is None:
                 self._lock.wait_for(lambda: self._waiting or self._is_closing)

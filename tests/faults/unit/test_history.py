@@ -197,8 +197,28 @@ def test_what_another_run_is_writing_is_waited_for_without_holding_up_the_watche
     assert (len(summaries(str(tmp_path), TARGET)), notes) == (1000, [])
 
 
+def test_a_run_that_has_always_something_to_write_leaves_turns_to_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(writing, "PAUSE_S", 60.0)
+    transactions: list[object] = []
+    write_one = FaultHistory._write
+    monkeypatch.setattr(
+        FaultHistory, "_write", lambda *all_: (transactions.append(all_), write_one(*all_))
+    )
+    notes: list[str] = []
+    history = begun(tmp_path, "1", notes)
+    for number in range(100):
+        history.record(fault(f"fault {number}"))
+        time.sleep(0.001)
+    history.end_run()
+
+    assert len(transactions) == 2  # at its begin, and at its end, which does not wait
+    assert (len(summaries(str(tmp_path), TARGET)), notes) == (100, [])
+
+
 WRITER = """
-import itertools, sys
+import itertools, sys, time
 from pathlib import Path
 from tests.faults.unit.test_history import begun, fault
 notes = []
@@ -207,6 +227,8 @@ for number in itertools.count(1):
     history.record(fault(f"fault {number % 50}", count=number))
     if number % 100 == 0:
         print(number, *notes, flush=True)
+    if number % 10 == 0:
+        time.sleep(0.001)  # so that it leaves the thread that writes some time
     if number == int(sys.argv[3]):
         break
 history.end_run()
