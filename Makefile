@@ -49,16 +49,21 @@ endif
 endif
 
 # Tests marked `alone` inspect shared memory and processes of the whole machine: they run last, and
-# only their files are collected. They leave a core idle, for the check of types.
+# only their files are collected. They leave a core idle, for the check of types, and for tests that
+# start no run and no node.
 ALONE = $(shell grep -rl --include='*.py' 'mark\.alone' tests)
+BESIDE = $(if $(TESTS),,tests/language/unit)
 define run_tests
 	@mkdir -p build
 	@status=0; \
-	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@$(OF_DISTRO).xml $(2) $(TESTS) \
-	  || status=1; \
+	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@$(OF_DISTRO).xml $(2) \
+	  $(addprefix --ignore=,$(BESIDE)) $(TESTS) || status=1; \
 	$(PY) -m mypy > build/types.txt 2>&1 & types=$$!; \
+	$(if $(BESIDE),$(PY) -m pytest -m "$(1)" --junitxml=build/$@$(OF_DISTRO)-beside.xml $(2) $(BESIDE) \
+	  > build/beside.txt 2>&1 & beside=$$!;) \
 	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@$(OF_DISTRO)-alone.xml $(2) $(or $(TESTS),$(ALONE)) \
 	  $(NO_TEST) || status=1; \
+	$(if $(BESIDE),wait $$beside || status=1; cat build/beside.txt;) \
 	wait $$types || status=1; \
 	cat build/types.txt; \
 	$(PY) -m tools.members; \

@@ -8,10 +8,10 @@ import json
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mcp.client import Client
-from mcp.client.stdio import StdioServerParameters, stdio_client
+if TYPE_CHECKING:  # importing it takes half a second, and each worker collects all tests
+    from mcp.client import Client
 
 TIMEOUT_S = 60.0
 COMMAND = [sys.executable, "-m", "launcher", "mcp"]
@@ -24,6 +24,9 @@ def with_client(
     mode: str = "auto",
 ) -> Any:
     """What `use` returns, with the SDK's client of a server that it has started."""
+    from mcp.client import Client
+    from mcp.client.stdio import StdioServerParameters, stdio_client
+
     parameters = StdioServerParameters(
         command=COMMAND[0], args=[*COMMAND[1:], *words], env=dict(environment)
     )
@@ -33,6 +36,13 @@ def with_client(
             return await use(client)
 
     return asyncio.run(asyncio.wait_for(serve(), TIMEOUT_S))
+
+
+def mcp_error() -> type[Exception]:
+    """What a call raises that the server refuses."""
+    from mcp.shared.exceptions import MCPError
+
+    return MCPError
 
 
 class RawMcp:

@@ -16,7 +16,7 @@ from tests.system.conftest import LONG_STOP_WORDS, World
 @pytest.mark.parametrize(
     ("scene", "columns"),
     [
-        pytest.param(drill, 80, id="drill-80"),
+        pytest.param(drill, 80, id="drill-80", marks=pytest.mark.thorough),
         pytest.param(drill, 120, id="drill-120", marks=pytest.mark.thorough),
         pytest.param(picker, 120, id="picker-120", marks=pytest.mark.thorough),
         pytest.param(picker_log, 80, id="picker-log-80", marks=pytest.mark.thorough),

@@ -28,6 +28,7 @@ from tests.support.bag_talker import TOPICS
 from tests.support.bags import START_NS, counting, write_bag
 from tests.support.repository import REPOSITORY
 from tests.support.ros_domain import ros_domain, talking
+from tests.support.variations import few_of
 from tests.support.verbs import TIMEOUT_S, launcher
 from tests.support.waiting import rest_of, wait_until
 
@@ -159,11 +160,11 @@ def _by_mcap(folder: Path) -> None:
 
 def _by_rosbags(folder: Path) -> None:
     """With the definitions of the bag alone, and those that rosbags brings."""
+    store = get_typestore(Stores.ROS2_JAZZY)  # a tenth of a second
     with Reader(folder) as reader:
         for connection, _, data in reader.messages():
             if connection.topic not in TOPICS:
                 continue
-            store = get_typestore(Stores.ROS2_JAZZY)
             assert store.hash_rihs01(connection.msgtype) == connection.digest
             theirs = store.deserialize_cdr(data, connection.msgtype)
             ours = deserialize_message(bytes(data), TOPICS[connection.topic][1])
@@ -398,7 +399,10 @@ def test_mistakes(tmp_path: Path, domain):
     assert "/x: unknown reliability 'sometimes'" in text
 
 
-@pytest.mark.parametrize("words", [["bad name"], ["--topics", "/a//b"], ["--services", "a-b"]])
+@pytest.mark.parametrize(
+    "words",
+    few_of([["bad name"], ["--topics", "/a//b"], ["--services", "a-b"]], [["bad name"]]),
+)
 def test_names_that_no_topic_can_have(domain, tmp_path: Path, words: list[str]):
     done = launcher(domain, "bag", "record", "-o", str(tmp_path / "bag"), *words)
     assert done.code == 2, done

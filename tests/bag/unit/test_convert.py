@@ -146,7 +146,7 @@ def test_topics_of_other_types_are_not_merged(tmp_path: Path, other: Topic, text
 
 
 @pytest.mark.parametrize(
-    ("words", "files"), [(["-d", "2"], 5), (["-b", "1k"], 4), (["-b", "100M"], 1)]
+    ("words", "files"), [(["-d", "2"], 5), (["-b", "2k"], 4), (["-b", "100M"], 1)]
 )
 def test_split(tmp_path: Path, whole: Path, words: list[str], files: int):
     convert(whole, "-o", tmp_path / "out", "--storage-preset-profile", "none", *words)

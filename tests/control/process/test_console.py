@@ -11,7 +11,9 @@ from tests.support.console_runs import TICKS
 
 
 @pytest.mark.parametrize(
-    ("verb", "answer"), [("stop", "stopped in "), ("kill", "ended in ")], ids=["stop", "kill"]
+    ("verb", "answer"),
+    [("stop", "stopped in "), pytest.param("kill", "ended in ", marks=pytest.mark.thorough)],
+    ids=["stop", "kill"],
 )
 def test_a_process_is_stopped_and_started_again_while_lines_flow(
     bench: Bench, verb: str, answer: str

@@ -36,9 +36,8 @@ def test_what_a_change_in_a_wing_can_break():
     assert not [file for file in found[5:] if file.startswith(("tests/posix/", "tests/bag/"))]
 
 
-@pytest.mark.parametrize("room", [*CORE, *WINGS])
-def test_the_tests_of_every_room_are_found(room: str):
-    assert [path for path in wings.tests_of(room) if not (REPOSITORY / path).exists()] == []
+def test_every_room_has_tests():
+    assert [room for room in (*CORE, *WINGS) if not (REPOSITORY / f"tests/{room}/").exists()] == []
 
 
 def test_an_unknown_wing_is_an_error_that_lists_them(

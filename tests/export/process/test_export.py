@@ -11,6 +11,7 @@ import pytest
 
 from launcher.export.verbs.export import ENGINES
 from tests.support.repository import REPOSITORY
+from tests.support.variations import few_of
 
 LAUNCH_FILE = """
 from launch import LaunchDescription
@@ -65,7 +66,7 @@ def content(folder: Path) -> dict[str, bytes]:
     }
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", few_of(ENGINES, ["systemd", "kubernetes"]))
 def test_the_same_input_gives_the_same_bytes_on_another_machine(tmp_path: Path, engine: str):
     """In other folders, for another user, with other hash seeds."""
     written = []

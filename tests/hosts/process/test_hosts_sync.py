@@ -184,7 +184,9 @@ WAITS = "import time; print('ready', flush=True); time.sleep(600)"
 
 
 @pytest.mark.parametrize(
-    "words", [("-c", WAITS), (ended_main_thread.PROGRAM,)], ids=["", "ended main thread"]
+    "words",
+    [("-c", WAITS), pytest.param((ended_main_thread.PROGRAM,), marks=pytest.mark.thorough)],
+    ids=["", "ended main thread"],
 )
 def test_a_release_that_a_process_uses_is_kept(site: Site, words: tuple[str, ...]):
     site.sync(brought(a="1"))

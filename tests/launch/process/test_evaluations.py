@@ -17,6 +17,7 @@ import pytest
 
 from tests.support.benches import TIMEOUT_S, ControlBench, bench_with_sockets
 from tests.support.loopback.bench import HostsBench
+from tests.support.variations import few_of
 from tests.support.waiting import wait_until
 
 LAUNCH = """
@@ -145,7 +146,9 @@ RUNS: dict[str, Sequence[str]] = {
 }
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize(
+    "name", few_of(RUNS, ["plain", "an argument of an include", "a supervision file"])
+)
 def test_a_run_evaluates_its_launch_file_once(tallied: Tallied, name: str):
     (tallied.folder / "order.yaml").write_text(SUPERVISION)
     done = tallied.call("a.launch.py", "--timeout", "0.5", *RUNS[name])
@@ -214,7 +217,9 @@ PLANS: dict[str, tuple[Sequence[str], dict[str, int]]] = {
 }
 
 
-@pytest.mark.parametrize("name", PLANS)
+@pytest.mark.parametrize(
+    "name", few_of(PLANS, ["plan", "plan with hosts", "export", "args", "hosts check"])
+)
 def test_what_only_looks_at_a_launch_file_evaluates_it_once(tallied: Tallied, name: str):
     (tallied.folder / "hosts.yaml").write_text(HOSTS)
     words, expected = PLANS[name]
@@ -322,7 +327,9 @@ def hosts_bench(tmp_path: Path) -> Iterator[_TallyingHosts]:
         yield one
 
 
-@pytest.mark.parametrize("words", [[], ["inner:=2"], ["--supervise", "{}/order.yaml"]])
+@pytest.mark.parametrize(
+    "words", few_of([[], ["inner:=2"], ["--supervise", "{}/order.yaml"]], [["inner:=2"]])
+)
 def test_a_run_on_several_hosts_evaluates_its_launch_file_once(
     hosts_bench: _TallyingHosts, words: Sequence[str]
 ):
@@ -336,7 +343,12 @@ def test_a_run_on_several_hosts_evaluates_its_launch_file_once(
 
 
 @pytest.mark.parametrize(
-    ("words", "each"), [([], ONCE), (["inner:=2"], ONCE), (["of_off:=1"], ALL)]
+    ("words", "each"),
+    [
+        pytest.param([], ONCE, marks=pytest.mark.thorough),
+        (["inner:=2"], ONCE),
+        (["of_off:=1"], ALL),
+    ],
 )
 def test_each_reload_evaluates_the_launch_file_once(
     bench: _Tallying, words: Sequence[str], each: dict[str, int]

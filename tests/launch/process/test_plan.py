@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import pytest
 
 from tests.support.benches import TIMEOUT_S, Workspace
+from tests.support.variations import few_of
 
 
 def commands(document: dict) -> Sequence[Sequence[str]]:
@@ -173,7 +174,7 @@ def test_arguments_of_included_files_are_listed(workspace: Workspace):
     assert "    'inner':\n" in workspace.call("args", file).stdout
 
 
-@pytest.mark.parametrize("option", ["-p", "--print", "--print-description"])
+@pytest.mark.parametrize("option", few_of(["-p", "--print", "--print-description"], ["-p"]))
 def test_the_launch_form_prints_the_plan(workspace: Workspace, option: str):
     file = workspace.write("")
     assert workspace.call(file, option).stdout == workspace.call("plan", file).stdout

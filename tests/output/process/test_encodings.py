@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from launcher.base.verb_table import CONTROL_VERBS, VERBS
+from tests.support.variations import few_of
 
 ENVIRONMENTS = {
     "ascii": {"PYTHONIOENCODING": "ascii"},
@@ -31,7 +32,7 @@ def run(name: str, *words: str) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run([sys.executable, *words], env=env, capture_output=True, timeout=60)
 
 
-@pytest.mark.parametrize("name", ENVIRONMENTS)
+@pytest.mark.parametrize("name", few_of(ENVIRONMENTS, ["utf-8", "C"]))
 def test_every_verb_prints_its_help(name):
     script = HELP_OF_ALL.format(verbs=[*VERBS, *CONTROL_VERBS])
     done = run(name, "-c", script)

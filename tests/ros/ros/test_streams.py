@@ -11,6 +11,7 @@ import sys
 import pytest
 
 from tests.support.node_process import line_of, without_complaints
+from tests.support.variations import few_of
 from tests.support.verbs import TIMEOUT_S, Answer, eventually, going_on
 from tests.support.waiting import wait_until
 
@@ -264,7 +265,7 @@ def test_text_is_sent_as_utf_8_and_shown_with_escapes_in_any_locale(env):
     assert json.loads(without_complaints(out))["message"] == {"data": "größe ─ 🤖"}
 
 
-@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("signum", few_of([signal.SIGINT, signal.SIGTERM], [signal.SIGTERM]))
 def test_echo_ends_quietly_on_a_signal(env, signum):
     echo = subprocess.Popen(
         [*ECHO, "/chatter"],

@@ -41,6 +41,7 @@ def tf(robot: dict[str, str]) -> Run:
     return lambda *words: launcher(robot, "tf", *words)
 
 
+@pytest.mark.thorough
 def test_a_chain_over_moving_and_static_transforms(tf):
     answer = tf("echo", "map", "laser", "--once")
 

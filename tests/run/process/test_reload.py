@@ -68,7 +68,9 @@ def test_a_process_that_comes_back_gets_a_number_of_its_own(control_bench: Contr
     ("wrong", "says"),
     [
         ("(", "bench.launch.py:21: closing parenthesis"),
-        ("no_such_name", "name 'no_such_name' is not defined"),
+        pytest.param(
+            "no_such_name", "name 'no_such_name' is not defined", marks=pytest.mark.thorough
+        ),
         ("ExecuteProcess(cmd=['true'], env={1: 2})", "bench.launch.py:20: an int where a text"),
     ],
 )

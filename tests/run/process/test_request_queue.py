@@ -41,9 +41,13 @@ def is_stopping(run: ControlledRun) -> bool:
 @pytest.mark.parametrize(
     ("verbs", "ends"),
     [
-        pytest.param(("restart", "restart"), "RUNNING", id="restart-restart"),
+        pytest.param(
+            ("restart", "restart"), "RUNNING", id="restart-restart", marks=pytest.mark.thorough
+        ),
         pytest.param(("restart", "start"), "RUNNING", id="restart-start"),
-        pytest.param(("stop", "start", "start"), "RUNNING", id="stop-start-start"),
+        pytest.param(
+            ("stop", "start", "start"), "RUNNING", id="stop-start-start", marks=pytest.mark.thorough
+        ),
         pytest.param(("stop", "restart", "restart"), "RUNNING", id="stop-restart-restart"),
     ],
 )

@@ -12,6 +12,7 @@ import pytest
 
 from launcher.control.client import RefusedError
 from tests.support.controlled_run import ControlledRun
+from tests.support.variations import few_of
 from tests.support.waiting import wait_until
 from tests.support.watching import PROGRAM, Desk, is_watched, pids, wait_for_watching, watchers
 
@@ -52,7 +53,9 @@ def in_pieces(path: Path, text: str) -> None:
         file.truncate()
 
 
-@pytest.mark.parametrize("save", [in_place, as_vim, as_vs_code, in_pieces])
+@pytest.mark.parametrize(
+    "save", few_of([in_place, as_vim, as_vs_code, in_pieces], [in_place, as_vim])
+)
 def test_a_saved_file_restarts_each_node_that_has_loaded_it_once(
     desk: Desk, save: Callable[[Path, str], None]
 ):

@@ -15,7 +15,7 @@ from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 
 ACTIONS = (
-    'py("while True: pass", name="busy"), sh("exec sleep 1000", name="idle", respawn=True), '
+    'sh("exec sleep 1000", name="first"), sh("exec sleep 1000", name="idle", respawn=True), '
     'sh("exec sleep 1000", name="other"),'
 )
 
@@ -53,19 +53,19 @@ def children(run: ControlledRun) -> list[psutil.Process]:
 
 def test_processes_are_paused_slowed_and_killed(control_bench: ControlBench):
     with control_bench.launch(ACTIONS) as run:
-        run.ask("inject", "busy", what="slow 10", for_s=60.0)
-        row = run.row("busy")
+        run.ask("inject", "first", what="slow 10", for_s=60.0)
+        row = run.row("first")
         assert (row["injected"], row["paused"]) == (["slow 10"], False)
         assert "running, injected: slow 10" in run.shell("ps").stdout
-        busy = psutil.Process(row["pid"])
-        wait_until(lambda: busy.status() == psutil.STATUS_STOPPED, "it is suspended at times")
-        with pytest.raises(RefusedError, match="busy-1: slow 10 is active"):
-            run.ask("inject", "busy", what="pause")
+        first = psutil.Process(row["pid"])
+        wait_until(lambda: first.status() == psutil.STATUS_STOPPED, "it is suspended at times")
+        with pytest.raises(RefusedError, match="first-1: slow 10 is active"):
+            run.ask("inject", "first", what="pause")
         run.ask("inject", "idle", what="pause", for_s=0.2)
         assert over(run, "pause")["lasted_s"] >= 0.2
         assert not run.row("idle")["paused"]
-        assert active(run) == ["busy-1 slow 10"]
-        assert "busy-1: slow 10 is over" in run.shell("inject", "--end").stdout
+        assert active(run) == ["first-1 slow 10"]
+        assert "first-1: slow 10 is over" in run.shell("inject", "--end").stdout
         assert (active(run), helpers(run)) == ([], [])
         before = run.row("idle")["pid"]
         run.ask("inject", "idle", what="kill")
@@ -73,16 +73,16 @@ def test_processes_are_paused_slowed_and_killed(control_bench: ControlBench):
         (ended,) = events(run, "ended")
         assert (ended["returncode"], ended["asked"]) == (-signal.SIGKILL, False)
         assert [one["what"] for one in events(run, "injection")] == ["slow 10", "pause", "kill"]
-        assert busy.status() != psutil.STATUS_STOPPED
+        assert first.status() != psutil.STATUS_STOPPED
 
 
 def test_what_is_taken_counts_as_the_process_and_is_given_back(control_bench: ControlBench):
     with control_bench.launch(ACTIONS) as run:
         run.ask("inject", "idle", what="memory 60M", for_s=60.0)
-        run.ask("inject", "other", what="cpu 1", for_s=60.0)
-        run.ask("inject", "machine", what="cpu 1", for_s=60.0)
         wait_until(lambda: (run.row("idle")["uss_bytes"] or 0) > 60 << 20, "its memory")
+        run.ask("inject", "other", what="cpu 1", for_s=60.0)
         wait_until(lambda: (run.row("other")["cpu_percent"] or 0) > 5, "its CPU")
+        run.ask("inject", "machine", what="cpu 1", for_s=60.0)
         run.ask("inject", "machine", end=True)
         run.ask("kill", "idle")  # its restart policy does not apply
         assert over(run, "memory 60M")["why"] == "the process has ended"
@@ -100,10 +100,10 @@ def test_what_is_taken_counts_as_the_process_and_is_given_back(control_bench: Co
 
 def test_what_a_user_does_meanwhile_counts(control_bench: ControlBench):
     with control_bench.launch(ACTIONS) as run:
-        run.ask("inject", "busy", what="slow 10", for_s=1000.0)
-        run.ask("pause", "busy")
+        run.ask("inject", "first", what="slow 10", for_s=1000.0)
+        run.ask("pause", "first")
         assert over(run, "slow 10")["why"] == "it was paused"
-        wait_until(lambda: run.row("busy")["paused"], "that it stays suspended")
+        wait_until(lambda: run.row("first")["paused"], "that it stays suspended")
         run.ask("inject", "idle", what="pause", for_s=1000.0)
         run.ask("resume", "idle")
         assert over(run, "pause")["why"] == "it was resumed"
@@ -121,7 +121,7 @@ def test_what_a_user_does_meanwhile_counts(control_bench: ControlBench):
 
 def test_nothing_is_left_when_the_launcher_is_killed(control_bench: ControlBench):
     with control_bench.launch(ACTIONS) as run:
-        for name, what in (("busy", "slow 5"), ("idle", "cpu"), ("other", "pause")):
+        for name, what in (("first", "slow 5"), ("idle", "cpu"), ("other", "pause")):
             run.ask("inject", name, what=what, for_s=1000.0)
         run.process.kill()
         wait_until(lambda: control_bench.survivors() == [], "the end of all processes")

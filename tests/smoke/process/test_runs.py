@@ -40,7 +40,11 @@ def test_an_expectation_that_is_not_met_exits_with_3_and_an_explanation(bench: B
     assert "here I was" in done.stdout
 
 
-@pytest.mark.parametrize(("action", "code"), [(PATIENT, 0), (SHORT, 1)], ids=["met", "died"])
+@pytest.mark.parametrize(
+    ("action", "code"),
+    [pytest.param(PATIENT, 0, marks=pytest.mark.thorough), (SHORT, 1)],
+    ids=["met", "died"],
+)
 def test_exit_codes_are_known_where_sigchld_is_ignored(bench: Bench, action: str, code: int):
     bench.write(action)
     command = bench.command("--for=1", "--expect-log=.")

@@ -6,14 +6,16 @@ import os
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
-from mcp.client import Client
 
 from launcher.posix.domain_lease import leased_domain
 from tests.support.controlled_run import ControlledRun
 from tests.support.mcp_client import with_client
+
+if TYPE_CHECKING:
+    from mcp.client import Client
 
 PUB = f"{sys.executable} -m launcher topic pub /chatter std_msgs/msg/String 'data: x'"
 

@@ -165,11 +165,12 @@ def test_a_hundred_processes_scroll_and_the_chosen_one_is_always_seen():
     picker = picker_of(crowd)
     for key in ["down"] * 50 + ["pagedown"] * 3 + ["up"] * 90 + ["end", "home"]:
         press(picker, key)
-        lines = texts(picker.lines(80, 11, colour=False))
+        drawn = picker.lines(80, 11, colour=False)
+        lines = texts(drawn)
         assert len(lines) == 11
         (row,) = (number for number, line in enumerate(lines) if line.startswith(">"))
         assert chosen(picker) in lines[row]
-        assert picker.cursor(picker.lines(80, 11, colour=False)) == (0, row)
+        assert picker.cursor(drawn) == (0, row)
     assert lines[0] == "processes: 1-9 of 100"
 
 

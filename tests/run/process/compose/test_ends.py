@@ -18,7 +18,7 @@ pytest.importorskip("rclpy")
 
 @pytest.mark.parametrize(
     ("style", "text", "code"),
-    [("fails", "IndexError", 1), ("exits", "", 3)],
+    [("fails", "IndexError", 1), pytest.param("exits", "", 3, marks=pytest.mark.thorough)],
     ids=["fails", "exits"],
 )
 def test_a_node_that_fails_takes_the_others_with_it(bench: ControlBench, style, text, code):

@@ -12,19 +12,19 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import urlsplit
 
-import httpx2
 import pytest
-from mcp.client import Client
-from mcp.client.streamable_http import streamable_http_client
-from mcp.shared.exceptions import MCPError
 
 from tests.support.children import children_with, is_alive
 from tests.support.controlled_run import ControlledRun
+from tests.support.mcp_client import mcp_error
 from tests.support.waiting import wait_until
 from tests.support.web_page import cookie_of, key_of, run_with_page, server_of
+
+if TYPE_CHECKING:
+    from mcp.client import Client
 
 JSON = {"Content-Type": "application/json"}
 
@@ -198,7 +198,7 @@ def test_a_page_that_only_shows_serves_only_what_reads(reading_page: Page):
 
     async def use(client: Client) -> None:
         assert "stop" not in {tool.name for tool in (await client.list_tools()).tools}
-        with pytest.raises(MCPError, match="'stop' changes something"):
+        with pytest.raises(mcp_error(), match="'stop' changes something"):
             await client.call_tool("stop", {"names": ["cat"]})
 
     by_mcp(reading_page, use)
@@ -206,6 +206,9 @@ def test_a_page_that_only_shows_serves_only_what_reads(reading_page: Page):
 
 def by_mcp(page: Page, use: Any, mode: str = "auto", **headers: str) -> None:
     """Let `use` have the SDK's client of `/mcp`."""
+    import httpx2
+    from mcp.client import Client
+    from mcp.client.streamable_http import streamable_http_client
 
     async def serve() -> None:
         fields = {**page.bearer, **headers}

@@ -5,19 +5,20 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import psutil
 import pytest
-from mcp.client import Client
-from mcp.shared.exceptions import MCPError
 
 from launcher.base.errors import ExitCode
 from launcher.control.console.guard import GUARD
 from tests.support.children import is_alive
-from tests.support.mcp_client import RawMcp, with_client
+from tests.support.mcp_client import RawMcp, mcp_error, with_client
 from tests.support.waiting import wait_until
 from tests.web.process.remote.conftest import StartRun
+
+if TYPE_CHECKING:
+    from mcp.client import Client
 
 
 async def answer(client: Client, name: str, **arguments: Any) -> dict[str, Any]:
@@ -106,7 +107,7 @@ def test_a_server_that_only_reads_has_no_other_tools(start: StartRun, environmen
             ("nothing", "unknown tool"),
             ("mute", "'mute'"),
         ):
-            with pytest.raises(MCPError, match=problem):
+            with pytest.raises(mcp_error(), match=problem):
                 await client.call_tool(name, {"names": ["cat"]})
 
     with_client(environment, use, "--read-only", "--run", run.socket.stem)
