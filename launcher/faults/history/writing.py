@@ -128,6 +128,8 @@ class FaultHistory:
             self._lock.notify()
         if self._thread is not None:
             self._thread.join(CLOSE_S)
+            if self._thread.is_alive():
+                self._failed(TimeoutError(f"not written within {CLOSE_S:g} s"))
 
     # ---- mutes, which hold for all runs of a target
 

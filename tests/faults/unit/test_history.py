@@ -197,6 +197,21 @@ def test_what_another_run_is_writing_is_waited_for_without_holding_up_the_watche
     assert (len(summaries(str(tmp_path), TARGET)), notes) == (1000, [])
 
 
+def test_what_cannot_be_written_at_the_end_of_a_run_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(writing, "CLOSE_S", 0.1)
+    write(tmp_path, "1")
+    with sqlite3.connect(tmp_path / database.FILE, isolation_level=None) as opened:
+        opened.execute("BEGIN IMMEDIATE")
+        notes: list[str] = []
+        history = begun(tmp_path, "2", notes)
+        history.end_run()
+        assert len(notes) == 1 and notes[0].endswith("not written within 0.1 s")
+        opened.execute("COMMIT")
+    wait_until(lambda: histories(str(tmp_path))[0].runs == 2, "the rest is written")
+
+
 def test_a_run_that_has_always_something_to_write_leaves_turns_to_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -208,6 +223,7 @@ def test_a_run_that_has_always_something_to_write_leaves_turns_to_others(
     )
     notes: list[str] = []
     history = begun(tmp_path, "1", notes)
+    wait_until(lambda: transactions, "the first transaction")
     for number in range(100):
         history.record(fault(f"fault {number}"))
         time.sleep(0.001)
