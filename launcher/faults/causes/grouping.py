@@ -11,7 +11,25 @@ from launcher.faults.watcher.story import Story
 
 MOST_INCIDENTS = 200  # of a run that are kept: of a fault that comes and goes for days, the newest
 TOGETHER_S = 2.0  # after an incident is over, what follows from it may still be seen
-LEADING = "reachable"  # a kind of faults that is noticed late, and from which the others follow
+# Kinds of faults that are causes themselves: those that have the same cause follow from them.
+LEADING = ("reachable", "no deaths", "not suspended", "one node of a name", "QoS", "disk", "clock")
+# Rules of causes that go on to do harm; others are due to what has happened at about their time.
+LASTING = frozenset(
+    (
+        "clock step",
+        "full disk",
+        "lost link",
+        "request",
+        "suspension",
+        "slow process",
+        "double node",
+        "QoS",
+        "death",
+        "busy process",
+        "starvation",
+    )
+)
+FOLLOWS_S = 5.0
 DERIVED = ("restart", "death", "request")  # rules whose causes explain others of the same process
 
 
@@ -93,7 +111,7 @@ class Grouping:
     def _add(self, incident: Incident, fault: Fault, cause: Cause | None) -> None:
         if fault not in incident.faults:
             incident.faults.append(fault)
-        if fault.origin.kind == LEADING and incident.root.origin.kind != LEADING:
+        if fault.origin.kind in LEADING and incident.root.origin.kind not in LEADING:
             incident.faults.remove(fault)
             incident.faults.insert(0, fault)
         incident.closed_s = None
@@ -127,7 +145,15 @@ def _belongs(fault: Fault, cause: Cause | None, incident: Incident, story: Story
     derived = {name for one in known if one.rule in DERIVED for name in one.about}
     if cause is not None and cause.rule in DERIVED and cause.about & derived:
         return True
-    return (cause is None or cause.is_weak) and _depends(fault, incident, story)
+    is_open = cause is None or cause.is_weak
+    return is_open and _is_in_time(fault, incident) and _depends(fault, incident, story)
+
+
+def _is_in_time(fault: Fault, incident: Incident) -> bool:
+    """Whether it began soon enough to be due to the incident."""
+    if LASTING & {cause.rule for cause in incident.causes}:
+        return True
+    return fault.life.first_s - incident.root.life.first_s <= FOLLOWS_S
 
 
 def _depends(fault: Fault, incident: Incident, story: Story) -> bool:

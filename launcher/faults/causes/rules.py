@@ -135,11 +135,13 @@ def request_of_a_user(fault: Fault, story: Story) -> Cause | None:
     """A user has stopped or paused the process."""
     for name in fault.finding.processes:
         row = story.row(name)
-        asked = [e for e in story.of(Asked, name) if e.event.verb in ("stop", "kill", "pause")]
+        asked = story.of(Asked, name)
         if not asked or row is None or asked[-1].at_s > fault.life.first_s + LATER_S:
             continue
         verb = asked[-1].event.verb
-        if (verb == "pause") == bool(row["paused"]) and (verb == "pause" or row["pid"] is None):
+        is_paused = verb == "pause" and row["paused"]
+        is_stopped = verb in ("stop", "kill") and not story.of(Started, name, asked[-1].at_s)
+        if is_paused or (is_stopped and row["pid"] is None):
             done = {"stop": "stopped", "kill": "killed", "pause": "paused"}[verb]
             return Cause(
                 rule="request",
@@ -219,7 +221,10 @@ def double_node(fault: Fault, story: Story) -> Cause | None:
 def qos_mismatch(fault: Fault, story: Story) -> Cause | None:
     """QoS keeps endpoints apart, perhaps since a restart."""
     topics = set(fault.finding.topics)
-    if fault.origin.kind == "rate" and fault.finding.value not in (0.0, None):
+    is_of_arrival = fault.origin.kind in ("rate", "gap", "topic", "qos", "QoS", "both sides")
+    if not is_of_arrival or (
+        fault.origin.kind == "rate" and fault.finding.value not in (0.0, None)
+    ):
         return None  # something arrives
     for one in story.document.get("mismatches", ()):
         if one["topic"] not in topics:
@@ -326,14 +331,37 @@ def wrong_value(fault: Fault, story: Story) -> Cause | None:
     return Cause(rule="wrong value", text=text, at_s=fault.life.first_s, about=about)
 
 
-def own_rate(fault: Fault, story: Story) -> Cause | None:
-    """The publisher runs, the machine has time: it publishes less, or more, by itself."""
-    names = [name for name in fault.finding.processes if story.is_running(name)]
-    if fault.origin.kind not in ("rate", "gap") or not names:
+def upstream(fault: Fault, story: Story) -> Cause | None:
+    """A process that it listens to was stopped or restarted, or has died."""
+    feeders = story.feeders(fault.finding.processes)
+    if fault.origin.kind not in OF_TIME or not feeders:
         return None
-    topic, rate_hz = several(fault.finding.topics), fault.finding.value
-    has_rate = fault.origin.kind == "rate" and rate_hz
-    how = f"publishes {topic} at {rate_hz:.3g} Hz" if has_rate else f"publishes nothing on {topic}"
+    of_feeders = replace(fault, finding=replace(fault.finding, processes=feeders, nodes=()))
+    for rule in (request_of_a_user, suspension, death, restart):
+        cause = rule(of_feeders, story)
+        if cause is not None and cause.at_s >= fault.life.first_s - BEFORE_S:
+            return Cause(
+                rule="upstream",
+                text=f"{cause.text}; {several(fault.finding.processes)} listens to it",
+                at_s=cause.at_s,
+                about=cause.about,
+                is_weak=True,
+            )
+    return None
+
+
+def own_rate(fault: Fault, story: Story) -> Cause | None:
+    """The publisher runs, the machine has time: it publishes less, more or late by itself."""
+    names = [name for name in fault.finding.processes if story.is_running(name)]
+    if fault.origin.kind not in OF_TIME or not names:
+        return None
+    topic, value = several(fault.finding.topics), fault.finding.value
+    if fault.origin.kind == "latency":
+        how = f"what comes on {topic} is late"
+    elif fault.origin.kind == "rate" and value:
+        how = f"publishes {topic} at {value:.3g} Hz"
+    else:
+        how = f"publishes nothing on {topic}"
     text = f"{several(names)} runs, and {how}: nothing else is unusual"
     return Cause(
         rule="publisher",
@@ -368,6 +396,7 @@ RULES: tuple[Rule, ...] = (
     starvation,
     growth,
     wrong_value,
+    upstream,
     guess,
     own_rate,
 )

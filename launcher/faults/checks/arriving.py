@@ -59,6 +59,7 @@ class LineCheck(ExpectationCheck):
             processes=verdict.about,
             guess=verdict.guess,
             certain=True,
+            settles=False,
             times=int(verdict.value or 1),
         )
 

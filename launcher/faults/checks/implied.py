@@ -30,6 +30,8 @@ BOTH_SIDES_S = 3.0  # a topic that had both sides for so long is expected to hav
 SLOWED = 0.3  # of the looks at a process found it suspended: somebody slows it down
 PARTICIPANT = 35  # characters of a GID that are those of its participant
 
+_Sides = dict[bool, set[str]]  # of a topic: processes; True is the side of publishers
+
 
 class DeathCheck(SubjectCheck):
     """No process exits unexpectedly, or cannot be started."""
@@ -60,6 +62,7 @@ class DeathCheck(SubjectCheck):
                 processes=(name,),
                 nodes=nodes,
                 certain=True,
+                settles=False,
                 since_s=event.at_s,
             )
         for name, finding in tuple(self._open.items()):
@@ -133,7 +136,7 @@ class ResponseCheck(Check):
             finding = None
             if isinstance(event, NotResponding):
                 seen = f"{name} has not answered for {event.silent_s:.0f} s"
-                finding = FaultFinding(seen=seen, processes=(name,), certain=True)
+                finding = FaultFinding(seen=seen, processes=(name,), certain=True, settles=False)
             yield Found(origin("responds", name, "the nodes of the process answer"), finding)
 
 
@@ -227,9 +230,10 @@ class SidesCheck(SubjectCheck):
     names = ("both sides: *",)
 
     def __init__(self) -> None:
-        self._both: dict[str, tuple[float, float]] = {}  # from when to when it had both
+        # From when to when it had both, and the processes of each.
+        self._both: dict[str, tuple[float, float, _Sides]] = {}
         self._facts: tuple[object, object] = (None, None)  # that `_sides` is of
-        self._sides: dict[str, set[bool]] = {}
+        self._sides: dict[str, _Sides] = {}
 
     def find(self, story: Story) -> Mapping[str, FaultFinding] | None:
         graph = story.graph
@@ -243,23 +247,29 @@ class SidesCheck(SubjectCheck):
         self._both = {topic: span for topic, span in self._both.items() if topic in sides}
         lost: dict[str, FaultFinding] = {}
         for topic, found in sides.items():
-            from_s, to_s = self._both.get(topic, (story.now_s, story.now_s))
+            from_s, to_s, before = self._both.get(topic, (story.now_s, story.now_s, found))
             if len(found) == 2:
-                self._both[topic] = from_s, story.now_s
-            elif to_s - from_s < BOTH_SIDES_S:
+                self._both[topic] = from_s, story.now_s, found
+            elif to_s - from_s < BOTH_SIDES_S or not _can_return(before, found, story):
                 self._both.pop(topic, None)
             else:
                 lost[topic] = _one_sided(story, topic, has_publisher=True in found)
         return lost
 
 
-def _sides(story: Story, graph: TopicGraph) -> dict[str, set[bool]]:
-    """By topic, which sides nodes of the run have; True is that of publishers."""
-    sides: dict[str, set[bool]] = {}
+def _can_return(before: _Sides, now: _Sides, story: Story) -> bool:
+    """Whether a process of the side that is missing is in the run; a reload may have dropped it."""
+    (missing,) = before.keys() - now.keys()
+    return any(story.row(name) is not None for name in before[missing])
+
+
+def _sides(story: Story, graph: TopicGraph) -> dict[str, _Sides]:
+    """By topic, the processes of the sides that nodes of the run have."""
+    sides: dict[str, _Sides] = {}
     for end in graph.endpoints:
-        is_ours = end.node not in graph.ghosts and story.process_of(end.node)
-        if is_ours and not is_hidden(end.topic) and end.topic not in DEBUG_TOPICS:
-            sides.setdefault(end.topic, set()).add(end.is_publisher)
+        process = None if end.node in graph.ghosts else story.process_of(end.node)
+        if process and not is_hidden(end.topic) and end.topic not in DEBUG_TOPICS:
+            sides.setdefault(end.topic, {}).setdefault(end.is_publisher, set()).add(process)
     return sides
 
 
@@ -291,7 +301,8 @@ class MachineCheck(Check):
                 kind="disk",
                 expected="the disk of the log files has room",
             )
-            yield Found(about, FaultFinding(seen=seen, certain=True) if is_full(last) else None)
+            full = FaultFinding(seen=seen, certain=True, settles=False)
+            yield Found(about, full if is_full(last) else None)
         step = story.clock_step(story.now_s - CLOCK_S)
         about = FaultOrigin(
             fault="clock",
@@ -304,9 +315,10 @@ class MachineCheck(Check):
         else:
             at_s, by_s = step
             seen = f"the clock was set {'forward' if by_s > 0 else 'back'} by {abs(by_s):.3g} s"
-            yield Found(
-                about, FaultFinding(seen=seen, value=by_s, unit="s", since_s=at_s, certain=True)
+            finding = FaultFinding(
+                seen=seen, value=by_s, unit="s", since_s=at_s, certain=True, settles=False
             )
+            yield Found(about, finding)
 
 
 def is_full(sample: MachineSample) -> bool:
@@ -331,5 +343,6 @@ class HostCheck(SubjectCheck):
                 processes=tuple(str(r["name"]) for r in story.rows if r.get("host") == host),
                 since_s=event.at_s,
                 certain=True,
+                settles=False,
             )
         return found

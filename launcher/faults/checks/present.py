@@ -84,9 +84,12 @@ class AnswerCheck(ExpectationCheck):
         self._good_answer: QueryAnswer | None = None  # with which it holds
 
     def judge(self, story: Story) -> tuple[bool, FaultFinding | None]:
+        node = str(self.expectation.get("node"))
         answers = story.facts.answers.get(self.expectation.key, ())
         if answers:
             self._last = answers[-1]
+        if self._last is None and story.document and not story.has_node(node):
+            return True, FaultFinding(seen=f"there is no node {node}", nodes=(node,))
         if self._last is None or story.now_s - self._last.at_s > STALE_S:
             return False, None
         if self._last is self._good_answer:
@@ -101,8 +104,7 @@ class AnswerCheck(ExpectationCheck):
             self._good_answer = self._last
             return True, None
         if self._last.error is not None:
-            return False, None  # whether the node is there is another question
-        node = str(self.expectation.get("node"))
+            return False, None  # whether the node is still there is another question
         return True, FaultFinding(
             seen=f"{self.expectation.subject} is {self._last.value!r}",
             nodes=(node,),

@@ -8,7 +8,7 @@ from typing import Any
 
 from launcher.faults.causes.cause import Cause
 from launcher.faults.causes.grouping import Grouping, Incident
-from launcher.faults.causes.rules import cause_of
+from launcher.faults.causes.rules import OF_TIME, cause_of
 from launcher.faults.checks.check import GRACE_S, SETTLE_S, Check, Found
 from launcher.faults.model.fault import Fault
 from launcher.faults.model.fault_life import FaultChange, FaultState
@@ -16,6 +16,7 @@ from launcher.faults.watcher.story import Story
 
 UNDECIDED_S = 0.7  # what explains a fault may be seen a moment later,
 ELSEWHERE_S = 1.7  # and on another host, which sends something each second, another second later
+UPSTREAM_S = 3.0  # a fault of what its processes listen to may be about to be confirmed
 REVISED_S = 3.0  # as long a better cause replaces one that is weak
 UPDATE_S = 1.0  # so often at most, what was seen is reported anew
 REFRESH_S = 10.0  # so often at least, that it is still seen
@@ -60,9 +61,8 @@ class FaultTable:
             if fault is not None:
                 self._held(fault, story.now_s)
             return
-        is_sure = finding.certain or not finding.settles
-        is_open = is_sure or (fault is not None and fault.is_active)
-        if not is_open and any(_is_settling(name, story) for name in finding.processes):
+        is_open = not finding.settles or (fault is not None and fault.is_active)
+        if not is_open and any(_is_settling(name, story) for name in _concerned(found, story)):
             if fault is not None:
                 self._held(fault, story.now_s)
             return
@@ -145,12 +145,28 @@ class FaultTable:
                 continue
             cause = cause_of(fault, story)
             is_clear = cause is not None and not cause.is_weak
-            wait_s = ELSEWHERE_S if story.hosts_of(fault.finding.processes) else UNDECIDED_S
-            if is_clear or story.now_s - since_s >= wait_s:
+            if is_clear or story.now_s - since_s >= self._wait_s(fault, story):
                 del self._undecided[name]
                 found.append((fault, cause))
-        found.sort(key=lambda one: one[0].life.first_s)
-        return iter(found)
+        return iter(_from_upstream(found, story))
+
+    def _wait_s(self, fault: Fault, story: Story) -> float:
+        """How long what explains it may still come."""
+        if any(self._is_pending(one) for one in self._upstream(fault, story)):
+            return UPSTREAM_S
+        return ELSEWHERE_S if story.hosts_of(fault.finding.processes) else UNDECIDED_S
+
+    def _is_pending(self, fault: Fault) -> bool:
+        return fault.life.state is FaultState.SUSPECTED or fault.id in self._undecided
+
+    def _upstream(self, fault: Fault, story: Story) -> list[Fault]:
+        """Other faults, of topics that the processes of this one listen to."""
+        heard = story.heard_by(fault.finding.processes)
+        return [
+            one
+            for one in self.faults.values()
+            if one is not fault and heard & set(one.finding.topics)
+        ]
 
     def _confirm(self, fault: Fault, cause: Cause | None, story: Story) -> tuple[Incident, bool]:
         _explain(fault, cause)
@@ -213,6 +229,26 @@ class FaultTable:
                 del self.mutes[name]
                 if name in self.faults and (fault := self.unmute(name)) is not None:
                     self._report(fault, "updated")
+
+
+def _from_upstream(
+    found: list[tuple[Fault, Cause | None]], story: Story
+) -> list[tuple[Fault, Cause | None]]:
+    """By time, and each behind those of topics that its processes listen to."""
+    found.sort(key=lambda one: one[0].life.first_s)
+    topics = {topic for fault, _ in found for topic in fault.finding.topics}
+    heard = {
+        fault.id: len(topics & (story.heard_by(fault.finding.processes) - {*fault.finding.topics}))
+        for fault, _ in found
+    }
+    return sorted(found, key=lambda one: heard[one[0].id])
+
+
+def _concerned(found: Found, story: Story) -> tuple[str, ...]:
+    """The processes of a finding, and those that they hear from if it is about their messages."""
+    assert found.finding is not None
+    names = found.finding.processes
+    return (*names, *story.feeders(names)) if found.origin.kind in OF_TIME else names
 
 
 def _explain(fault: Fault, cause: Cause | None) -> None:

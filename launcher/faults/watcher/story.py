@@ -12,7 +12,7 @@ from launcher.base.model.run_event import RunEvent
 from launcher.base.model.run_events import Asked, Ended, LinkChanged, Started
 from launcher.control.answer_lines import LOCAL
 from launcher.faults.watcher.machine_facts import DelayWatch, MachineSample, StopWatch
-from launcher.ros.snapshot.ros_graph import Endpoint
+from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, Endpoint, is_hidden
 from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, ProcessEvent, label_of
 
 E = TypeVar("E", bound=RunEvent)
@@ -277,6 +277,9 @@ class Story:
 
     # ---- the graph
 
+    def has_node(self, name: str) -> bool:
+        return name in self._node_pids
+
     def endpoints(self, topic: str) -> list[Endpoint]:
         """Those of processes that run."""
         if self.graph is None:
@@ -307,6 +310,25 @@ class Story:
             return set()
         ends = self.graph.snapshot.endpoints
         return {e.node for e in ends if not e.is_publisher and e.topic in wanted}
+
+    def heard_by(self, processes: Iterable[str]) -> set[str]:
+        """The topics that nodes of these processes subscribe to, but for hidden and debug ones."""
+        names = set(processes)
+        if self.graph is None or not names:
+            return set()
+        return {
+            end.topic
+            for end in self.graph.snapshot.endpoints
+            if not end.is_publisher
+            and not is_hidden(end.topic)
+            and end.topic not in DEBUG_TOPICS
+            and self.process_of(end.node) in names
+        }
+
+    def feeders(self, processes: Sequence[str]) -> tuple[str, ...]:
+        """Other processes whose nodes publish what nodes of these listen to, now or before."""
+        nodes = (node for topic in self.heard_by(processes) for node in self.publishers(topic))
+        return tuple(name for name in self.processes_of(nodes) if name not in processes)
 
     def published_by(self, processes: Iterable[str]) -> set[str]:
         """The topics that nodes of these processes publish, or have published."""

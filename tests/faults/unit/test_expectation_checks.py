@@ -246,6 +246,15 @@ def test_a_topic_that_never_comes_is_a_fault_after_the_grace():
     assert run.only().is_active and run.only().finding.seen == "no message"
 
 
+def test_a_parameter_of_a_node_that_never_comes_is_a_fault():
+    run = WatchedRun("parameter: speed, node: /ghost, is: 1")
+    run.rows(TALKER)
+    run.graph(*PAIR)
+    run.wait(3)
+
+    assert run.only().is_active and run.only().finding.seen == "there is no node /ghost"
+
+
 def test_a_probe_that_answers_late_is_no_silence():
     run = talking("rate: /t, is: 9 to 11 Hz", "gap: /t, below: 1 s")
     run.wait(4, hz=10)
