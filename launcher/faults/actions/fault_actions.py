@@ -87,11 +87,19 @@ class FaultActions(Part):
             "desktop": desktop.sender(self.run.env) is None
             and "there is no desktop, or neither notify-send nor busctl",
         }
-        found = {one for one in actions if lacks.get(one.kind)}
-        for one in actions:
-            if one in found - self._useless:
-                self.run.log.warn(f"{one.where}: '{one.kind}' is not used: {lacks[one.kind]}")
-        self._useless = found
+        found = {one: why for one in actions if (why := lacks.get(one.kind) or self._lack(one))}
+        for one, why in found.items():
+            if one not in self._useless:
+                self.run.log.warn(f"{one.where}: '{one.kind}' is not used: {why}")
+        self._useless = {*found}
+
+    def _lack(self, action: FaultAction) -> str | None:
+        """What the environment must have for a webhook, and has not."""
+        url, env = _url_of(action, self.run.agent_env), self.run.agent_env
+        lacking = [name for _, name in action.headers if name not in env]
+        if action.kind != "webhook" or (is_url(url) and not lacking):
+            return None
+        return f"the environment has no usable {lacking[0] if lacking else action.url[1:]}"
 
     def _check_names(self, watch: FaultWatch) -> None:
         """Warn of patterns that no fault can match, as soon as it is known which there may be."""
@@ -180,13 +188,8 @@ class FaultActions(Part):
 
     def _webhook(self, action: FaultAction, fault: Document, done: Done) -> None:
         env = self.run.agent_env
-        url = env.get(action.url[1:], "") if action.url.startswith("$") else action.url
-        lacking = [name for _, name in action.headers if name not in env]
-        if not is_url(url) or lacking:
-            name = lacking[0] if lacking else action.url[1:]
-            done(False, f"the environment has no usable {name}")
-            return
         headers = {header: env[name] for header, name in action.headers}
+        url = _url_of(action, env)
         request = {"url": url, "headers": headers, "within_s": action.within_s, "body": fault}
         answers: list[str] = []
 
@@ -250,6 +253,10 @@ _DO: dict[str, Callable[[FaultActions, FaultAction, Document, Done], None]] = {
     "webhook": FaultActions._webhook,
     "desktop": FaultActions._notify,
 }
+
+
+def _url_of(action: FaultAction, env: Mapping[str, str]) -> str:
+    return env.get(action.url[1:], "") if action.url.startswith("$") else action.url
 
 
 def _variable(value: object) -> str:

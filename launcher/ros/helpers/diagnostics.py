@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from launcher.base.model.fault_events import with_cause
 from launcher.base.text import count
 from launcher.control.answer_lines import unreachable
 from launcher.control.fault_texts import clock
@@ -89,8 +90,7 @@ def _of_run(
 
 
 def _of_fault(fault: Fault, node: str) -> Status:
-    cause = f"; {fault['cause']}" if fault["cause"] else ""
-    level, message = DiagnosticLevel.ERROR, f"{fault['seen']}{cause}"
+    level, message = DiagnosticLevel.ERROR, with_cause(fault["seen"], fault["cause"])
     if fault["state"] != "active":
         level, message = DiagnosticLevel.OK, "healed"
     elif fault["acknowledged"]:

@@ -124,6 +124,7 @@ on:
   - {{fault: robot silent, do: restart robot}}
   - {{fault: "robot *", do: {{run: "{command}"}}}}
   - {{fault: "*", do: webhook {server.url}, headers: {{Authorization: TOKEN}}, when: healed}}
+  - {{fault: "*", do: webhook $NO_SUCH_HOOK}}
   - {{fault: other *, do: stop othr}}
   - {{fault: robot silnt, do: stop robot}}
   - {{fault: robot exits, do: stop robot}}
@@ -168,6 +169,7 @@ on:
     assert "'robot silnt' matches no fault (did you mean 'robot silent'?)" in screen
     assert "'robot exits' matches no fault: 'robot exits' is left to smoke" in screen
     assert screen.count(" matches no fault") == 2
+    assert "'webhook' is not used: the environment has no usable NO_SUCH_HOOK" in screen
     assert "[WARNING] [launch]: fault 'late a': " in screen  # its root is muted,
     assert "fault 'late b' follows from 'robot seen'" in screen  # and that of this one is not
 
