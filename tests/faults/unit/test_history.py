@@ -117,10 +117,11 @@ def test_old_runs_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 def test_mutes_hold_for_later_runs_of_the_target(tmp_path: Path):
     notes: list[str] = []
+    later_s = time.time() + 1000
     history = begun(tmp_path, "1", notes)
     history.set_mute(TARGET, "a", "is known", None)
     history.set_mute(TARGET, "b", None, NOW_S - 1)
-    history.set_mute(TARGET, "c", "for now", NOW_S + 1000)
+    history.set_mute(TARGET, "c", "for now", later_s)
     history.set_mute("/other", "d", None, None)
     history.end_run()
 
@@ -128,7 +129,7 @@ def test_mutes_hold_for_later_runs_of_the_target(tmp_path: Path):
     found = again.mutes_of(TARGET)
     assert found == {
         "a": {"reason": "is known", "until_s": None},
-        "c": {"reason": "for now", "until_s": NOW_S + 1000},
+        "c": {"reason": "for now", "until_s": later_s},
     }
     again.clear_mute(TARGET, "a")
     again.end_run()
