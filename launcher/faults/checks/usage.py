@@ -16,6 +16,9 @@ CPU_WINDOW_S = 10.0
 GROWTH_WINDOW_S = 60.0
 START_UP_S = 10.0  # a process that has just started grows
 LEAST_GROWTH = 4 * MIB  # less is the allocator
+# It has not begun to grow where it is above the smallest size by less than one of these: the noise
+# of a process that does not grow, and a part of all that it has grown.
+STILL_BYTES, STILL_PART = LEAST_GROWTH / 8, 0.1
 
 
 class UsageCheck(ExpectationCheck):
@@ -78,7 +81,8 @@ class MemoryCheck(UsageCheck):
     """The size now (`below`, USS), and how much it has grown in a minute (`growth`, RSS).
 
     The growth is that from the smallest to the last size of the window: it is above what may be
-    grown in a whole window, so a process that grows fast is found before the minute is over.
+    grown in a whole window, so a process that grows fast is found before the minute is over. What
+    is reported is the growth since it began, which may be long after the start of the window.
     """
 
     def __init__(self, expectation: Expectation) -> None:
@@ -107,12 +111,19 @@ class MemoryCheck(UsageCheck):
         series = [(at_s, rss) for at_s, _, rss in self.series(story, name, GROWTH_WINDOW_S) if rss]
         if len(series) < 3:
             return None
-        least_s, least = min(series, key=lambda one: one[1])
+        least = min(size for _, size in series)
         last_s, last = series[-1]
-        if last - least <= max(LEAST_GROWTH, self._growth * GROWTH_WINDOW_S) or last_s <= least_s:
+        if last - least <= max(LEAST_GROWTH, self._growth * GROWTH_WINDOW_S):
             return None
-        seen = f"{name} has grown by {(last - least) / MIB:.1f} MB in {last_s - least_s:.0f} s"
-        rate = (last - least) / (last_s - least_s) * 60 / MIB
+        still = least + max(STILL_BYTES, STILL_PART * (last - least))
+        begin_s, begin = next(one for one in reversed(series) if one[1] <= still)
+        if last_s <= begin_s:  # rows that were answered late have one time
+            return None
+        grown, over_s = (last - begin) / MIB, last_s - begin_s
         return FaultFinding(
-            seen=seen, value=rate, unit="MB/min", processes=(name,), since_s=least_s
+            seen=f"{name} has grown by {grown:.1f} MB in {over_s:.0f} s",
+            value=grown / over_s * 60,
+            unit="MB/min",
+            processes=(name,),
+            since_s=begin_s,
         )

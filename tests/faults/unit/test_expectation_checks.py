@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -320,6 +321,20 @@ def test_memory_that_grows_without_end():
     assert "it seems to leak" in str(run.only().cause)
     sampled(run, 70)
     assert set(run.states().values()) == {"healed"}
+
+
+@pytest.mark.parametrize("before", [0.0, 0.01])
+def test_growth_is_reported_since_it_began(before: float):
+    run = WatchedRun("memory: talker, growth: 6 MB/min")
+    sampled(run, 50, mib=before)
+    begun_s = run.now_s
+    sampled(run, 20, mib=1.4)
+    fault = run.only()
+    assert fault.life.first_s == pytest.approx(begun_s, abs=1.5)
+    assert run.incidents[0].opened_s == fault.life.first_s
+    found = re.search(r"grown by ([\d.]+) MB in (\d+) s", fault.finding.seen)
+    assert found is not None and float(found[1]) / int(found[2]) == pytest.approx(1.4, abs=0.1)
+    assert fault.finding.value == pytest.approx(1.4 * 60, rel=0.05)
 
 
 def test_the_start_of_a_process_is_no_growth():
