@@ -89,6 +89,13 @@ def _delay_s(word: str) -> float:
     return value
 
 
+def _size(word: str) -> int:
+    value: int = SIZE.parse(word)
+    if value <= 0:
+        raise FieldError(f"'{word}' is not a size above 0")
+    return value
+
+
 def _cores(word: str) -> int:
     if not re.fullmatch(r"[1-9][0-9]{0,3}", word):
         raise FieldError(f"'{word}' is not a number of cores")
@@ -123,7 +130,7 @@ _KINDS = (
     InjectionKind(
         "memory",
         "robot_1 memory 200 MB for 5 s",
-        (InjectionArgument("size", "SIZE", _SIZE, SIZE.parse),),
+        (InjectionArgument("size", "SIZE", _SIZE, _size),),
         on_machine=True,
     ),
     InjectionKind(

@@ -46,6 +46,7 @@ def test_words_are_read(text: str, values: dict[str, object], for_s: float | Non
         ("drop /scan 0", "'0' is not a percentage above 0", "usage: drop TOPIC [PERCENT]"),
         ("delay /scan", "delay needs MS", "usage: delay TOPIC MS"),
         ("memory much", "memory: invalid size 'much'", "usage: memory SIZE"),
+        ("memory 0 MB", "memory: '0 MB' is not a size above 0", "usage: memory SIZE"),
         ("cpu 0", "'0' is not a number of cores", "usage: cpu [CORES]"),
     ],
 )
