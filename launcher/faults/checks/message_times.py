@@ -31,6 +31,7 @@ class SentTimes:
         if not self._has_conditions:
             return self.known_s(story) is not None
         watch = self._expectation.get("watch")
+        fitting = story.fitting.setdefault(self._expectation.name, deque(maxlen=KEEP))
         if self.refusal is not None:
             return True
         self._waiting += Facts(messages=story.facts.messages).received(self._topic, watch)
@@ -47,6 +48,7 @@ class SentTimes:
         for message, (fits, _) in zip(self._waiting, results, strict=True):
             if fits:
                 self._note(message)
+                fitting.append(message.at_s)
         self._waiting.clear()
         forget(self._expectation, contents)
         return True

@@ -73,7 +73,7 @@ def _samples(entries: list[Entry], names: tuple[str, ...]) -> dict[str, tuple[Po
         if isinstance(entry.event, Resources):
             for name, one in entry.event.processes.items():
                 if name in found:
-                    values = (one.cpu_percent, one.uss_bytes)
+                    values = (one.cpu_percent, one.rss_bytes)
                     row = tuple(float("nan") if v is None else float(v) for v in values)
                     found[name].append((entry.wall_s, *row))
     return {name: tuple(rows[-MAX_POINTS:]) for name, rows in found.items() if rows}

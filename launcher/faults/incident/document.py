@@ -15,7 +15,7 @@ from launcher.base import strict_json, text_file
 from launcher.base.errors import LauncherError
 from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_event import Entry
-from launcher.faults.incident.fields import DocumentFields
+from launcher.faults.incident.fields import MAX_NAME, DocumentFields
 from launcher.faults.incident.redaction import document_without_secrets
 
 FORMAT = 1
@@ -60,11 +60,17 @@ class ReportedFault:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportedTopic:
-    """When messages of a topic in question came, and how late: (time, seconds)."""
+    """When messages of a topic in question came, and how late: (time, seconds).
+
+    `fitting`: when those came that satisfy the conditions of a fault, by its id. Not `is_watched`:
+    nobody has looked when messages came.
+    """
 
     type: str = ""
     expected: str | None = None
+    is_watched: bool = True
     arrivals: tuple[float, ...] = ()
+    fitting: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     delays: tuple[Point, ...] = ()
 
 
@@ -90,8 +96,9 @@ class ReportedLine:
 class IncidentDocument:
     """All of it; `problems` says what could not be read, and `raw` is the JSON without secrets.
 
-    `processes` has samples (time, CPU in percent of a core, USS in bytes or NaN); `machine` rows as
-    the design of the document names them, with NaN for what is unknown.
+    `processes` has samples (time, CPU in percent of a core, RSS in bytes or NaN), since the USS is
+    measured every 10 s only; `machine` rows as the design of the document names them, with NaN for
+    what is unknown.
     """
 
     number: int
@@ -243,10 +250,14 @@ def _cause(doc: DocumentFields) -> ReportedCause:
 
 
 def _topic(doc: DocumentFields) -> ReportedTopic:
+    given = doc.mapping("fitting")
+    fitting = DocumentFields(given, f"{doc.place}.fitting", doc.problems)
     return ReportedTopic(
         type=doc.text("type"),
         expected=doc.optional("expected"),
+        is_watched=doc.value.get("arrivals") is not None,
         arrivals=doc.times("arrivals", MAX_POINTS),
+        fitting={str(name)[:MAX_NAME]: fitting.times(name, MAX_POINTS) for name in given},
         delays=doc.points("delays", 2, MAX_POINTS),
     )
 

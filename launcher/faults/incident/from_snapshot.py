@@ -174,7 +174,7 @@ def _samples(entries: Iterable[Entry], names: Sequence[str]) -> Document:
         if isinstance(entry.event, Resources):
             for name, sample in entry.event.processes.items():
                 if not names or name in names:
-                    row = [entry.wall_s, sample.cpu_percent, sample.uss_bytes]
+                    row = [entry.wall_s, sample.cpu_percent, sample.rss_bytes]
                     found.setdefault(name, []).append(row)
     return {name: {"samples": rows[-MAX_POINTS:]} for name, rows in found.items()}
 

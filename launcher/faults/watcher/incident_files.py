@@ -12,6 +12,7 @@ from launcher.base import strict_json
 from launcher.base.model.run_event import fields_of
 from launcher.base.model.run_events import SnapshotWritten
 from launcher.faults.causes.grouping import Incident
+from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.machine_facts import MachineSample
 from launcher.faults.watcher.story import KEEP_S, Story, TopicArrivals
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
@@ -96,11 +97,10 @@ class IncidentFiles:
     def document(self, incident: Incident, story: Story) -> dict[str, Any]:
         wall, (from_s, to_s) = self._wall_of, _span(incident, story)
         processes = {name for fault in incident.faults for name in fault.finding.processes}
-        expected = {
-            topic: fault.origin.expected
-            for fault in incident.faults
-            for topic in fault.finding.topics
-        }
+        about: dict[str, list[Fault]] = {}
+        for fault in incident.faults:
+            for topic in fault.finding.topics:
+                about.setdefault(topic, []).append(fault)
         events = [one for one in story.events if from_s <= one.at_s <= to_s]
         return {
             "format": FORMAT,
@@ -119,8 +119,7 @@ class IncidentFiles:
                 "after": story.document or None,
             },
             "topics": {
-                topic: _traffic(topic, story, expected[topic], from_s, wall)
-                for topic in sorted(expected)
+                topic: _traffic(topic, about[topic], story, from_s, wall) for topic in sorted(about)
             },
             "processes": {
                 name: {"samples": _samples(name, story, from_s, wall)} for name in sorted(processes)
@@ -150,18 +149,27 @@ def _span(incident: Incident, story: Story) -> tuple[float, float]:
 
 
 def _traffic(
-    topic: str, story: Story, expected: str, from_s: float, wall: WallOf
+    topic: str, faults: Sequence[Fault], story: Story, from_s: float, wall: WallOf
 ) -> dict[str, Any]:
-    arrivals = story.arrivals.get(topic, TopicArrivals())
-    times = [round(wall(at_s), 4) for at_s in arrivals.received if at_s >= from_s]
-    delays = [[round(wall(a), 4), round(s, 6)] for a, s in arrivals.delays if a >= from_s]
+    """`arrivals` is None for a topic that no expectation needs the messages of."""
+    names = {one.origin.expectation: one.id for one in faults}
+    fitting = {names[n]: times for n, times in story.fitting.items() if n in names}
+    known = story.arrivals.get(topic) or story.received.get(topic)
+    is_watched = known is not None or bool(fitting)
+    known = known or TopicArrivals()
+    delays = [[round(wall(a), 4), round(s, 6)] for a, s in known.delays if a >= from_s]
     types = [end.type for end in story.endpoints(topic)]
     return {
         "type": types[0] if types else None,
-        "expected": expected,
-        "arrivals": times[-MOST_TIMES:],
+        "expected": faults[-1].origin.expected,
+        "arrivals": _times(known.received, from_s, wall) if is_watched else None,
+        "fitting": {name: _times(times, from_s, wall) for name, times in fitting.items()},
         "delays": delays[-MOST_TIMES:],
     }
+
+
+def _times(times: Iterable[float], from_s: float, wall: WallOf) -> list[float]:
+    return [round(wall(at_s), 4) for at_s in times if at_s >= from_s][-MOST_TIMES:]
 
 
 def _samples(name: str, story: Story, from_s: float, wall: WallOf) -> list[list[Any]]:

@@ -13,7 +13,14 @@ from launcher.base.model.run_events import Asked, Ended, LinkChanged, Started
 from launcher.control.answer_lines import LOCAL
 from launcher.faults.watcher.machine_facts import DelayWatch, MachineSample, StopWatch
 from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, Endpoint, is_hidden
-from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, ProcessEvent, label_of
+from launcher.smoke.observe.facts import (
+    Facts,
+    GraphSeen,
+    LogLine,
+    ObservedMessage,
+    ProcessEvent,
+    label_of,
+)
 
 E = TypeVar("E", bound=RunEvent)
 
@@ -58,6 +65,14 @@ class TopicArrivals:
         self.sent.extend(
             plausible_s(there + shift_s, here) for here, there in zip(received, sent, strict=True)
         )
+
+    def note(self, message: ObservedMessage) -> None:
+        """One that came with its content."""
+        begin_s = message.stamp_s
+        if begin_s is None:
+            begin_s = plausible_s(message.sent_s, message.at_s)
+        self.received.append(message.at_s)
+        self.delays.append((message.at_s, message.at_s - begin_s))
 
     @property
     def behind_s(self) -> float:
@@ -113,6 +128,11 @@ class Story:
         self.graphs: deque[tuple[float, dict[str, Any]]] = deque(maxlen=KEEP_GRAPHS)
         self.arrivals: dict[str, TopicArrivals] = {}
         self.arrivals_s: float | None = None  # what came until then is among them
+        # Of topics whose messages come with their content; by one subscription of each.
+        self.received: dict[str, TopicArrivals] = {}
+        self._watches: dict[str, str] = {}
+        # When messages came that satisfy the conditions of an expectation, by its name.
+        self.fitting: dict[str, deque[float]] = {}
         self.samples: dict[str, deque[tuple[float, float | None, int | None]]] = {}
         self.machine: deque[MachineSample] = deque(maxlen=KEEP_MACHINE)
         self.stops = StopWatch()
@@ -146,6 +166,9 @@ class Story:
             if line.process is not None and line.plain.strip():
                 last = self._last_lines.setdefault(line.process, deque(maxlen=LAST_LINES))
                 last.append(line)
+        for message in new.messages:
+            if message.watch == self._watches.setdefault(message.topic, message.watch):
+                self.received.setdefault(message.topic, TopicArrivals()).note(message)
         if new.graphs:
             self._graph = new.graphs[-1]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from launcher.base.model.fault_events import FaultConfirmed
 from launcher.base.model.run_event import Entry
 from launcher.faults.incident.document import IncidentDocument
 
@@ -27,6 +28,7 @@ _EVENTS = {
     "files changed": "asked",
     "reloaded": "asked",
 }
+REPORTED_S = 3.0  # a fault is reported so long after it was confirmed at most
 _OF_FAULTS = frozenset({"fault", "fault healed"})  # the faults have these times themselves
 KINDS = {
     "bad": "failure",
@@ -70,13 +72,23 @@ def kind_of(entry: Entry) -> str:
 
 def _faults(incident: IncidentDocument) -> Iterator[Happening]:
     for fault in incident.faults:
-        seen = f": {fault.seen}" if fault.seen else ""
         if fault.first_s is not None and fault.first_s != fault.confirmed_s:
-            yield Happening(fault.first_s, "fault", fault.fault, f"first seen{seen}")
+            yield Happening(fault.first_s, "fault", fault.fault, "first seen")
         if fault.confirmed_s is not None:
-            yield Happening(fault.confirmed_s, "fault", fault.fault, f"confirmed{seen}")
+            seen = _seen_then(fault.fault, fault.confirmed_s, incident)
+            text = ": ".join(filter(None, ["confirmed", seen]))
+            yield Happening(fault.confirmed_s, "fault", fault.fault, text)
         if fault.healed_s is not None:
             yield Happening(fault.healed_s, "healed", fault.fault, "healed")
+
+
+def _seen_then(name: str, confirmed_s: float, incident: IncidentDocument) -> str:
+    """What was seen when it was confirmed, by the event log; `seen` of a fault is the last."""
+    for entry in incident.events:
+        event, is_then = entry.event, -0.5 <= entry.wall_s - confirmed_s <= REPORTED_S
+        if isinstance(event, FaultConfirmed) and event.fault == name and is_then:
+            return event.seen
+    return ""
 
 
 def _causes(incident: IncidentDocument) -> Iterator[Happening]:

@@ -16,6 +16,7 @@ from launcher.faults.incident.parts.span import MINUS, TimeSpan, length, offset
 
 MAX_TOPICS = 24
 MAX_PROCESSES = 12
+_STYLES = ("line-a", "line-b", "line-c")
 _KIBI = 1024.0
 
 
@@ -43,21 +44,24 @@ def _of_topic(
     own = [fault for fault in incident.faults if name in fault.topics]
     expected = _expected_rate([topic.expected or "", *_expected_of(own)])
     about = ", ".join(filter(None, [topic.type, f"expected: {expected}" if expected else ""]))
+    shown = _arrivals_of(topic)
+    texts = [
+        f"{of}: {_arrivals_text(times, span)}" if topic.fitting else _arrivals_text(times, span)
+        for of, times in shown.items()
+    ]
+    until_s = _observed_until(incident)
     yield Chart(
         title=name,
         about=about,
         lines=[
-            ChartLine(
-                name="rate",
-                curve=series.rates(topic.arrivals, span, _observed_until(incident)),
-                stepped=True,
-            )
+            ChartLine(name=of, curve=series.rates(times, span, until_s), style=style, stepped=True)
+            for (of, times), style in zip(shown.items(), _STYLES, strict=False)
         ],
         show=lambda value: f"{value:g} Hz",
-        summary=_arrivals_text(topic, span),
+        summary=" ".join(texts) if topic.is_watched else "When messages came was not watched.",
         limits=series.expected_hz(expected),
         bands=_bands(own, span),
-        marks=series.thinned(topic.arrivals, span),
+        marks=series.thinned(next(iter(shown.values())), span),
     )
     delays = series.highest([(row[0], row[1]) for row in topic.delays], span)
     if delays:
@@ -73,6 +77,12 @@ def _of_topic(
             limits=[] if limit_s is None else [limit_s],
             bands=_bands(own, span),
         )
+
+
+def _arrivals_of(topic: ReportedTopic) -> dict[str, Sequence[float]]:
+    """Those that a fault is about first: others may come while these are missing."""
+    fitting = [*topic.fitting.items()][: len(_STYLES) - 1]
+    return {**dict(fitting), "all messages": topic.arrivals}
 
 
 def _observed_until(incident: IncidentDocument) -> float:
@@ -98,11 +108,11 @@ def _delay(value: float) -> str:
     return f"{value * 1000:.3g} ms" if abs(value) < 1 else f"{value:.3g} s"
 
 
-def _arrivals_text(topic: ReportedTopic, span: TimeSpan) -> str:
-    times = [one for one in topic.arrivals if span.holds(one)]
+def _arrivals_text(arrivals: Sequence[float], span: TimeSpan) -> str:
+    times = [one for one in arrivals if span.holds(one)]
     if not times:
         return "No message was received in this time."
-    gap = series.longest_gap(topic.arrivals, span)
+    gap = series.longest_gap(arrivals, span)
     text = f"{count(len(times), 'message')}, the last one at {offset(times[-1], span.zero_s)}"
     if gap is not None and len(times) > 1:
         text += f"; the longest pause is {length(gap[1])}, from {offset(gap[0], span.zero_s)} on"
@@ -158,7 +168,7 @@ def _of_process(
         sign = MINUS if change < 0 else "+"
         yield Chart(
             title=f"{name}: memory",
-            about="that would be free if it exited (USS)",
+            about="that is resident, with what it shares with others (RSS)",
             lines=[ChartLine(name="memory", curve=memory, style="line-b")],
             show=lambda value: size(round(value)),
             summary=f"{size(round(last[1]))} at the end, {sign}{size(round(abs(change)))} "
