@@ -20,7 +20,7 @@ _PRESENT, _UPDATED, _FORGOTTEN = "present", "updated", "forgotten"
 # What an update must have changed to be a line: measured values change all the time.
 _WORTH_A_LINE = ("state", "cause", "follows", "acknowledged", "muted")
 NO_FAULT = "no fault"
-NOT_WATCHING = "the watcher is not running: faults of now are not known"
+NOT_WATCHING = "the watcher is not running, or does not respond: faults of now are not known"
 _ORDER = {"active": 0, "suspected": 1, "healed": 2}
 
 

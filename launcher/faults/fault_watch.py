@@ -9,6 +9,7 @@ import os
 import time
 from collections.abc import Callable, Mapping
 
+from launcher.base import strict_json
 from launcher.base.model.fault_events import FaultConfirmed, FaultHealed
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import count, did_you_mean, escape, several
@@ -37,10 +38,12 @@ if TYPE_CHECKING:
     Document = dict[str, Any]  # a fault; docs/reference/faults.md
 
 GOODBYE_S = 5.0  # to write the history and incidents to a slow disk
-SILENT_S = 30.0  # one that has written nothing for so long hangs: it has a line every 2 s
+SILENT_S = 8.0  # one that has written nothing for so long does not watch: it has a line every 2 s
+HANGING_S = 30.0  # the same, for a warning: a busy machine is none
 CHECK_S = 5.0
 MODULE = "launcher.faults.watcher"
 _CHANGES = ("acknowledge", "mute", "unmute")
+_OF_PROCESSES = ("no deaths: ", "not suspended: ", "responds: ")  # before the name of one
 
 
 class FaultWatch(Part):
@@ -75,21 +78,26 @@ class FaultWatch(Part):
             goodbye_s=GOODBYE_S,
             on_message=self._heard,
         )
+        self._process.greeting = _begin(None)
 
     def begin(self) -> None:
+        self._heard_s = self.run.reactor.now()
         self._process.start()
         self._timer = self.run.reactor.call_later(CHECK_S, self._check)
 
     @property
     def is_watching(self) -> bool:
         """Whether the watcher runs, and has written something lately."""
-        is_silent = self.run.reactor.now() - self._heard_s > SILENT_S
-        return self._process.pid is not None and not is_silent
+        return self._process.pid is not None and self._silent_s <= SILENT_S
+
+    @property
+    def _silent_s(self) -> float:
+        return self.run.reactor.now() - self._heard_s
 
     def _check(self) -> None:
         """Warn, once each time, of a watcher that does not go on."""
         self._timer = self.run.reactor.call_later(CHECK_S, self._check)
-        hangs = self._process.pid is not None and not self.is_watching
+        hangs = self._process.pid is not None and self._silent_s > HANGING_S
         if hangs and not self._hangs:
             self.run.log.warn("the watcher does not respond: faults are not reported")
         self._hangs = hangs
@@ -124,6 +132,8 @@ class FaultWatch(Part):
 
     def _heard(self, report: Document) -> None:
         self._heard_s = self.run.reactor.now()
+        if "alive" in report or "fault" in report:
+            self._process.greeting = _begin(time.time())
         if "mutes" in report:
             self.mutes = report["mutes"]
         if "note" in report:
@@ -239,6 +249,11 @@ class FaultWatch(Part):
                 if one["processes"] == [name] or (name in one["processes"] and not one["follows"])
             ]
         }
+
+
+def _begin(written_s: float | None) -> bytes:
+    """The first line for a watcher, with the time of the last one of an earlier watcher."""
+    return strict_json.packed({"do": "begin", "written_s": written_s}).encode()
 
 
 def serve(request: VerbRequest) -> None:

@@ -108,8 +108,12 @@ def main() -> None:
     faults: dict[str, dict[str, Any]] = {}
     mutes: dict[str, dict[str, Any]] = {}
     threading.Thread(target=_answer, args=(faults, mutes), daemon=True).start()
+    beat_s = 0.0
     with open(os.environ[FILE], encoding="utf-8") as file:
         while True:
+            if time.monotonic() >= beat_s:
+                beat_s = time.monotonic() + 2.0
+                _say({"alive": True})
             if line := file.readline():
                 report = json.loads(line)
                 mutes.update(report.get("mutes", {}))

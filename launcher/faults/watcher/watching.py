@@ -19,6 +19,7 @@ from launcher.faults.history.versions import FilesVersion, of_launch
 from launcher.faults.history.writing import FaultHistory
 from launcher.faults.model.fault import Fault
 from launcher.faults.watcher.fault_table import FaultTable
+from launcher.faults.watcher.handover import Handover
 from launcher.faults.watcher.incident_files import IncidentFiles, first_number
 from launcher.faults.watcher.machine_facts import MachineReader
 from launcher.faults.watcher.observations import Observations
@@ -37,6 +38,7 @@ LOOK_S = 0.2  # between two looks of the checks
 MACHINE_S = 0.5
 BEAT_S = 2.0  # so often, the launcher gets a line
 LINES = 100  # of before the watch began
+MISSED_LINES = 1000  # of which those since an earlier watcher has reported last are judged
 MAX_RATE = 500  # lines of one process in a second: more are counted only
 MANY_PIDS = 20  # more are looked at less often
 PROBE_LOG = "probe.log"
@@ -72,6 +74,7 @@ class Watcher:
         self._rows: queue.SimpleQueue[Sequence[Mapping[str, Any]]] = queue.SimpleQueue()
         self._graphs: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._story = Story()
+        self._handover = Handover()
         self._machine = MachineReader(settings.run_folder)
         self._table = FaultTable(self._report, first_number(settings.run_folder))
         self._history: FaultHistory | None = None
@@ -89,19 +92,25 @@ class Watcher:
 
     def run(self) -> None:
         """Watch until the run is over; LauncherError for mistakes in the expectations."""
+        begin = self._requests.get()
+        if begin["do"] != "begin":
+            return  # the run has ended
+        written_s = begin["written_s"]
         path = self._settings.expect
         script = Script() if path is None else loader.load(path).completed()
         with Connection(self._settings.socket) as connection:
             hello = connection.hello
             earlier = connection.ask("faults").result
         self._observations.begin()
+        if written_s is not None:
+            self._handover.resume(self._observations.of_wall(written_s))
         self._table.resume(earlier["faults"], self._observations.of_wall)
         self._table.mutes.update((one.pop("fault"), one) for one in earlier["mutes"])
         follower = RunFollower(
             lambda: Connection(self._settings.socket),
             self._observations,
             self._rows.put,
-            lines=LINES,
+            lines=LINES if written_s is None else MISSED_LINES,
             max_rate=MAX_RATE,
         )
         self._environment = _environment(hello["run"])
@@ -167,6 +176,7 @@ class Watcher:
             return
         self._probe = probe
         self._story.observer = probe.pid
+        self._handover.subscribe(self._observations.now_s)
         self._topics = TopicWatch(probe, self._observations, self._script.expectations)
         self._script = self._script.with_expectations(self._topics.expectations)
         if not self._checks:  # else a new probe has the same subscriptions
@@ -198,7 +208,7 @@ class Watcher:
             self._machine_s = now_s + MACHINE_S
             story.machine.append(self._machine.sample(now_s))
             story.delays.look(pids if story.observer is None else [*pids, story.observer])
-        if now_s >= self._look_s:
+        if now_s >= self._look_s and story.rows_s:  # whether a death is over, only rows say
             begin_s = time.thread_time()  # a busy machine is no reason to look less often
             self._look()
             took_s = time.thread_time() - begin_s
@@ -219,6 +229,7 @@ class Watcher:
     def _look(self) -> None:
         story = self._story
         story.take(self._observations.take())
+        story.facts = self._handover.unjudged(story.facts)
         if any(isinstance(event.event, Stopping) for event in story.facts.events):
             story.is_stopping = True
             return
@@ -242,6 +253,8 @@ class Watcher:
         self._close_probe()
         if self._probe_starts < MAX_STARTS:
             self._note("the ROS probe has ended; it is started again")
+            if self._story.now_s:  # else nothing is judged yet
+                self._handover.resume(self._story.now_s)
             self._start_probe()
             self._story.now_s = self._observations.now_s
             self._story.begin_blind()

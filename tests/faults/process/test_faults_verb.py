@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import psutil
 import pytest
 
+from launcher.control.fault_texts import NOT_WATCHING
 from tests.support.benches import ControlBench
 from tests.support.controlled_run import ControlledRun
 from tests.support.json_forms import fit
@@ -154,7 +155,7 @@ def test_a_check_that_cannot_know_is_no_fault_and_not_all_is_well(
         watched.wait_for(end)
     answer = watched.shell("faults", "--check")
     assert answer.returncode == 2
-    assert answer.stdout == "the watcher is not running: faults of now are not known\n"
+    assert answer.stdout == f"{NOT_WATCHING}\n"
 
 
 def is_gone(pid: int) -> bool:
