@@ -176,10 +176,17 @@ class FaultWatch(Part):
 
     def may_come(self, name: str) -> bool:
         """Whether a fault of this name was seen, or may be."""
-        if name in self.faults or name in self.names:
+        possible = self.possible()
+        if name in self.faults or name in possible:
             return True
-        heads = (one[:-1] for one in self.names if one.endswith("*"))
+        heads = (one[:-1] for one in possible if one.endswith("*"))
         return any(name.startswith(head) and name != head for head in heads)
+
+    def possible(self) -> list[str]:
+        """`names`, where those of faults about one process are of processes of the run."""
+        named = [one for one in self.names if one[:-1] not in _OF_PROCESSES]
+        heads = [head for head in _OF_PROCESSES if f"{head}*" in self.names]
+        return named + [f"{head}{process.name}" for head in heads for process in self.run.processes]
 
     def _changed(self, fault: Document, change: str) -> None:
         if is_gone({**fault, "change": change}):
@@ -263,13 +270,29 @@ def serve(request: VerbRequest) -> None:
         hint = "start the run with --watchful, or with --expect FILE"
         raise BadCallError("wrong-state", "this run is not watched", hint)
     watch = run.parts.need(FaultWatch)  # which may not have begun yet
-    change = next((name for name in _CHANGES if name in options), None)
+    change = _change_in(options)
     if change is not None:
         _serve_change(watch, change, options, exchange)
     elif options.get("follow"):
         _follow(watch, exchange)
     else:
         _show(watch, exchange)
+
+
+def _change_in(options: Mapping[str, Any]) -> str | None:
+    """Which change is requested; BadCallError for options that do not belong together."""
+    changes = [name for name in _CHANGES if name in options]
+    excluding = [*changes, *(["follow"] if options.get("follow") else [])]
+    problem = None
+    if changes and len(excluding) > 1:
+        problem = f"'{excluding[0]}' and '{excluding[1]}' exclude each other"
+    elif "for_s" in options and "mute" not in changes:
+        problem = "a time belongs to 'mute'"
+    elif "reason" in options and not {"acknowledge", "mute"} & {*changes}:
+        problem = "a reason belongs to 'acknowledge' and 'mute'"
+    if problem is not None:
+        raise BadCallError("bad-option", f"faults: {problem}")
+    return changes[0] if changes else None
 
 
 def _show(watch: FaultWatch, exchange: Exchange) -> None:
@@ -296,7 +319,7 @@ def _serve_change(
     if name not in watch.faults and not is_meant.get(change):
         if watch.may_come(name):
             raise BadCallError("wrong-state", f"'{name}' was not seen yet, and is not muted")
-        hint = did_you_mean(name, [*watch.faults, *watch.mutes, *watch.names])
+        hint = did_you_mean(name, [*watch.faults, *watch.mutes, *watch.possible()])
         hint = hint or "`faults` lists them"
         raise BadCallError("bad-option", f"no fault '{name}'", hint)
     more = {"reason": options.get("reason"), "for_s": options.get("for_s"), "wall_s": time.time()}

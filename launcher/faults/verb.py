@@ -45,7 +45,7 @@ often, and in which versions of the launch file.""",
         option("--run ID", "id, pid or target of the run, or the beginning of one of these"),
         DEBUG,
     ),
-    exclusive=(("follow", "check"), ("acknowledge", "mute", "unmute")),
+    exclusive=(("follow", "check", "acknowledge", "mute", "unmute"),),
 )
 
 
@@ -58,7 +58,6 @@ def main(words: Sequence[str]) -> int:
         hint = "a run is chosen by --run"
         raise UsageError(f"'{options.target}': a target belongs to --all-runs", hint=hint)
     call = verbs.call_of(_VERB, options)
-    _check(call)
     try:
         return _ask(call, options)
     except LauncherError as error:
@@ -83,18 +82,6 @@ def _show_history(options: Parsed) -> int:
         if one is not None and one.name not in belongs:
             raise UsageError(f"--all-runs and {words[0]} exclude each other")
     return listing.show(os.environ, options.target, as_json=options.json)
-
-
-def _check(call: Call) -> None:
-    """UsageError for options that do not belong together."""
-    given = call.options
-    if "for_s" in given and "mute" not in given:
-        raise UsageError("--for belongs to --mute")
-    if "reason" in given and not {"acknowledge", "mute"} & given.keys():
-        raise UsageError("--reason belongs to --acknowledge and --mute")
-    changes = [name for name in _VERB.changing if name in given]
-    if changes and given.get("follow"):
-        raise UsageError(f"--{changes[0]} and --follow exclude each other")
 
 
 def _follow(connection: Connection, call: Call, *, as_json: bool) -> int:

@@ -104,12 +104,13 @@ class FaultActions(Part):
     def _check_names(self, watch: FaultWatch) -> None:
         """Warn of patterns that no fault can match, as soon as it is known which there may be."""
         actions = self.run.options.fault_actions if watch.names else ()
-        found = {one for one in actions if not one.may_fit(watch.names)}
+        names = watch.possible()
+        found = {one for one in actions if not one.may_fit(names)}
         for one in actions:
             if one not in found or one in self._unmatched:
                 continue
             left = [name for name in watch.left if one.may_fit([name["expectation"]])]
-            hint = did_you_mean(one.pattern, watch.names)
+            hint = did_you_mean(one.pattern, names)
             more = f": '{left[0]['expectation']}' is left to smoke" if left else ""
             more = more or (f" ({hint})" if hint else "")
             self.run.log.warn(f"{one.where}: '{one.pattern}' matches no fault{more}")
