@@ -110,7 +110,7 @@ class Site:
         if not self._access.is_known_host(request.headers.get("host")):
             return _refused(_OTHER_HOST)
         if not self._has_token(request):  # a cookie reaches other ports, too
-            text = "The token is missing: use '?token=' or 'Authorization: Bearer'.\n"
+            text = "The token is missing or wrong: use '?token=' or 'Authorization: Bearer'.\n"
             return PlainTextResponse(text, 401, {"WWW-Authenticate": "Bearer"})
         await self._feeds.graph.start()
         self._feeds.graph.watch_topics(WATCH_S)
@@ -139,7 +139,7 @@ class Site:
         has_key = self._access.is_feed_key(request.headers.get(_KEY))
         if self._has_token(request) or (has_key and self._access.has_cookie(request.cookies)):
             return None
-        return refusal(401, "The token is missing: use 'Authorization: Bearer'.")
+        return refusal(401, "The token is missing or wrong: use 'Authorization: Bearer'.")
 
     def _programs(self) -> HttpApi:
         if self._api is None:

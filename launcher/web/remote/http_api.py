@@ -76,7 +76,7 @@ class HttpApi:
         reading = tool.only_reading
         if request.method in ("GET", "HEAD") and reading is not None:
             refused = sorted({*tool.changing} & {*request.query_params})
-            if not refused:
+            if tool.is_read_only or not refused:
                 return _from_query(reading, request)
             raise _Refused(_NO_METHOD, f"'{name}' with '{refused[0]}' takes POST", Allow="POST")
         if request.method != "POST":

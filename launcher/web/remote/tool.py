@@ -19,7 +19,7 @@ class Tool(Record):
 
     `flags` are the spellings of options of that command by the names of arguments; the other
     arguments are words. `limit_s` is how long a call takes at most. `changing` are the arguments
-    without which a tool that is not `is_read_only` changes nothing.
+    without which the verb changes nothing: a tool that `is_read_only` refuses them.
     """
 
     name: str
@@ -73,6 +73,9 @@ class Tool(Record):
         """BadCallError if one is not the name of an argument."""
         known = [one.name for one in self.arguments]
         for name in names:
+            if name not in known and name in self.changing:
+                problem = f"'{self.name}' with '{name}' changes something, and this only reads"
+                raise BadCallError("read-only", problem)
             if name not in known:
                 hint = did_you_mean(name, known) or f"known: {', '.join(known) or 'none'}"
                 raise BadCallError("bad-option", f"{self.name} has no argument '{name}'", hint)

@@ -109,7 +109,7 @@ def _of_verb(verb: Verb, *, read_only: bool) -> Tool:
         arguments.append(
             ToolArgument(LIMIT, "count", help_text, default=_USUAL_ITEMS, most=MOST_ITEMS)
         )
-    changing = verb.changing if verb.name in verbs.READ_ONLY and not is_read_only else ()
+    changing = verb.changing if verb.name in verbs.READ_ONLY else ()
     return Tool(
         verb.name,
         verb.help,

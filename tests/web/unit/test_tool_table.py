@@ -77,6 +77,12 @@ def test_a_verb_that_only_reads_without_an_option_lacks_it_where_only_reading_is
     assert [one.name for one in full.arguments] == ["names", "accept", "new", "limit", "run"]
     assert [one.name for one in reading.arguments] == ["names", "new", "limit", "run"]
     assert (full.is_read_only, reading.is_read_only) == (False, True)
+    with pytest.raises(BadCallError) as refused:
+        reading.checked({"accept": "x"})
+    assert refused.value.code == "read-only"
+    with pytest.raises(BadCallError) as unknown:
+        reading.checked({"acept": "x"})
+    assert unknown.value.code == "bad-option"
     assert verbs.only_reads("flaws", {"new": True})
     assert not verbs.only_reads("flaws", {"accept": "x"})
 

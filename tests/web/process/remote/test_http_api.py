@@ -194,12 +194,17 @@ def test_a_page_that_only_shows_serves_only_what_reads(reading_page: Page):
     for verb in ("stop", "kill", "send", "quit", "reload", "loglevel"):
         found = reading_page.post(verb, names=["cat"])
         assert (found.status, found.body["error"]["code"]) == (403, "read-only")
+    address = "/api/faults?mute=x"
+    for found in (reading_page.post("faults", mute="x"), reading_page.get(address)):
+        assert (found.status, found.body["error"]["code"]) == (403, "read-only")
     assert reading_page.run.row("cat")["pid"] is not None
 
     async def use(client: Client) -> None:
         assert "stop" not in {tool.name for tool in (await client.list_tools()).tools}
         with pytest.raises(mcp_error(), match="'stop' changes something"):
             await client.call_tool("stop", {"names": ["cat"]})
+        with pytest.raises(mcp_error(), match="'faults' with 'mute' changes something"):
+            await client.call_tool("faults", {"mute": "x"})
 
     by_mcp(reading_page, use)
 
