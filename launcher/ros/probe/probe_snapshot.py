@@ -17,7 +17,7 @@ from launcher.ros.discovery.graph_changes import GraphChanges
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.discovery.reannounce import reannounce_to_silent
 from launcher.ros.snapshot.qos_matching import mismatches
-from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph, is_hidden
+from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph, is_hidden, is_node_service
 from launcher.ros.topics.listing import mismatch_documents
 
 OURS = "_launcher_"  # the nodes of our tools begin with it
@@ -26,8 +26,6 @@ _REANNOUNCE_S = 0.1
 _UNSETTLED_S = 1.0  # after a change: the process of a participant may not be found at once
 _CHECK_PERIOD_S = 5.0  # in case that a change went unnoticed
 _CHECK_COST = 0.0005  # of a core at most: it is rarer for large graphs
-# of the services that every node has
-_PARAMETER_SERVICES = ("rcl_interfaces/srv/", "type_description_interfaces/srv/")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +67,7 @@ class ProbeSnapshot:
             "services": [
                 {"name": name, "types": list(types)}
                 for name, types in self.services.items()
-                if not all(kind.startswith(_PARAMETER_SERVICES) for kind in types)
+                if not is_node_service(name, types)
             ],
             "endpoints": [
                 {**asdict(e), "ghost": e.gid in self.gone} for e in self.snapshot.endpoints

@@ -13,6 +13,16 @@ from typing import Any, NamedTuple
 
 # topics of every node
 DEBUG_TOPICS = frozenset({"/rosout", "/parameter_events"})
+# The services that every node has, below its name, with their types.
+NODE_SERVICES = {
+    "describe_parameters": "rcl_interfaces/srv/DescribeParameters",
+    "get_parameter_types": "rcl_interfaces/srv/GetParameterTypes",
+    "get_parameters": "rcl_interfaces/srv/GetParameters",
+    "get_type_description": "type_description_interfaces/srv/GetTypeDescription",
+    "list_parameters": "rcl_interfaces/srv/ListParameters",
+    "set_parameters": "rcl_interfaces/srv/SetParameters",
+    "set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
+}
 
 INFINITE_NS = 2**63 - 1
 
@@ -84,6 +94,11 @@ class TopicGraph:
 
     def on(self, topic: str) -> tuple[Endpoint, ...]:
         return tuple(e for e in self.endpoints if e.topic == topic)
+
+
+def is_node_service(name: str, types: Iterable[str]) -> bool:
+    """Whether a service with these types is one that every node has."""
+    return {*types} == {NODE_SERVICES.get(name.rpartition("/")[2])}
 
 
 def is_hidden(name: str) -> bool:

@@ -9,7 +9,7 @@ from launcher.base.model.run_event import exit_text
 from launcher.base.model.run_events import NotStarted
 from launcher.base.text import did_you_mean
 from launcher.ros.snapshot.qos_matching import faults, mismatches
-from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.ros_graph import INFINITE_NS, NODE_SERVICES, Endpoint
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.observe.facts import Facts
@@ -160,7 +160,7 @@ def wrong_rate(name: str, facts: Facts, *, is_slow: bool) -> str | None:
 def missing_service(name: str, facts: Facts) -> str | None:
     if name in facts.services:
         return None
-    if not name.endswith(("/get_parameters", "/set_parameters")):  # every node has them
+    if name.rpartition("/")[2] not in NODE_SERVICES:  # which are elsewhere for sure
         elsewhere = _elsewhere("service", name, sorted(facts.services))
         if elsewhere:
             return elsewhere

@@ -9,7 +9,7 @@ from typing import Any
 
 from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.ros.snapshot.qos_matching import mismatches
-from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint
+from launcher.ros.snapshot.ros_graph import INFINITE_NS, NODE_SERVICES, Endpoint
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
@@ -180,10 +180,17 @@ def offered_service(expectation: Expectation, facts: Facts, when: Window) -> Ver
 
 def _service_faults(expectation: Expectation, seen: GraphSeen) -> list[str]:
     name, wanted = expectation.subject, expectation.get("type")
-    types = seen.services.get(name, ())
+    types = seen.services.get(name) or _of_every_node(name, seen)
     if not types:
         return [f"no service {name}"]
     return [] if wanted in (None, *types) else [f"its type is {listed(types)}"]
+
+
+def _of_every_node(service: str, seen: GraphSeen) -> tuple[str, ...]:
+    """The type of a service that nodes have without being listed, if its node is there."""
+    node, _, name = service.rpartition("/")
+    is_there = node in seen.snapshot.nodes and node not in seen.snapshot.ghosts
+    return (NODE_SERVICES[name],) if is_there and name in NODE_SERVICES else ()
 
 
 # ---- quality of service

@@ -18,6 +18,7 @@ from launcher.ros.probe.protocol import ProbeRequest
 from launcher.ros.probe.request_handlers import Handlers
 from launcher.ros.probe.subscriptions import Subscriptions
 from launcher.ros.service_caller import ServiceCaller
+from launcher.ros.snapshot.ros_graph import TopicGraph
 
 PLAN = "nav_msgs/srv/GetPlan"
 
@@ -49,3 +50,16 @@ def test_a_time_that_is_now_is_that_of_the_call():
     (request,) = caller.requests
     assert request.start.header.stamp.sec > 0
     assert request.goal.header.stamp == request.start.header.stamp
+
+
+def test_services_that_every_node_has_are_left_out():
+    services = {
+        "/cam/get_parameters": ("rcl_interfaces/srv/GetParameters",),
+        "/cam/set_logger_levels": ("rcl_interfaces/srv/SetLoggerLevels",),
+        "/cam/keep": ("rcl_interfaces/srv/SetParameters",),
+        "/plan": (PLAN,),
+    }
+    graph = ProbeSnapshot(snapshot=TopicGraph(nodes=("/cam",), endpoints=()), services=services)
+
+    listed = [one["name"] for one in graph.document()["services"]]
+    assert listed == ["/cam/set_logger_levels", "/cam/keep", "/plan"]

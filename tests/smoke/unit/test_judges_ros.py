@@ -447,6 +447,12 @@ CASES = {
         "no service /switch",
         "there is a service of that name elsewhere: /site/switch",
     ),
+    "service of every node": Case(
+        "service: /cam/get_parameters, type: rcl_interfaces/srv/GetParameters, call: false",
+        graphs(graph(nodes=("/cam",))),
+        graphs(graph(nodes=("/cam",), ghosts=("/cam",))),
+        "no service /cam/get_parameters",
+    ),
     "service of nobody": Case(
         "name: s, service: /switch",
         answers("service s", QueryAnswer(at_s=3, value={})),
