@@ -132,4 +132,5 @@ class ProcessCheck(ExpectationCheck):
             return True, None
         names = tuple(str(row["name"]) for row in bad)
         text = ", ".join(f"{row['name']} is {row['state'].lower()}" for row in bad)
+        text = text.replace(" is exited", " has exited")
         return True, FaultFinding(seen=text, processes=names)
