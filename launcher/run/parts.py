@@ -224,8 +224,8 @@ ROWS = (
         options=(
             option(
                 "--responsive",
-                "warn of nodes that do not answer any more, with their stacks (30 MB; `top` does "
-                "it, too)",
+                "warn of nodes that do not answer any more, with their stacks (30 MB; `top` and "
+                "`--web` do it, too)",
             ),
         ),
     ),

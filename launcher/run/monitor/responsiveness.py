@@ -1,7 +1,8 @@
 """Which nodes do not answer, as `launcher.ros.helpers.responsiveness` reports, a helper process.
 
-It is running while somebody looks (`top`), or during the whole run with `--responsive`, one for
-each ROS domain: it takes 30 MB and a participant in the domain.
+It is running while somebody looks (`top`, the server of `--web`), or during the whole run with
+`--responsive`, one for each ROS domain: it takes 30 MB and a participant in the domain. In a
+watched run it goes on while a node that it has reported does not answer.
 """
 
 from __future__ import annotations
@@ -116,8 +117,10 @@ class Responsiveness(Part):
 
     def _tick(self) -> None:
         if self._reactor.now() > self._until_s:
-            self.end_helpers()
-            return
+            if not self._is_awaited():
+                self.end_helpers()
+                return
+            self._is_asked = False
         wanted = self._wanted()
         for domain in wanted.keys() - self._helpers.keys():
             env = next(iter(wanted[domain].values())).spec.env
@@ -127,6 +130,13 @@ class Responsiveness(Part):
                 self._send(helper, domain, wanted.get(domain, {}))
         self._forget_others(wanted)
         self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+
+    def _is_awaited(self) -> bool:
+        """Whether a fault of a watched run is open, which heals when its node answers."""
+        options = self.run.options
+        is_watched = options.watchful or options.expect is not None
+        silent = (one for one in self._processes.values() if one.silence is not None)
+        return is_watched and any(map(_should_answer, silent))
 
     def _send(self, helper: JsonLinesProcess, domain: str, nodes: Mapping[str, Process]) -> None:
         """What it watches, if that has changed.

@@ -80,9 +80,9 @@ def test_a_process_that_is_just_started_or_asked_for_is_settling():
 
 def test_a_process_that_does_not_run():
     run = talking("process: talker")
-    run.rows(row("talker-1", None, state="FAILED"), LISTENER)
+    run.rows(row("talker-1", None, state="EXITED"), LISTENER)
     run.wait(2)
-    assert run.only().finding.seen == "talker-1 is failed"
+    assert run.only().finding.seen == "talker-1 has exited"
     run.rows(TALKER, LISTENER)
     run.wait(3)
     assert set(run.states().values()) == {"healed"}
