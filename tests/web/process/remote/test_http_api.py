@@ -163,6 +163,7 @@ def test_only_who_has_the_token_is_answered(page: Page):
             for sent in (None, cookie):  # a browser sends it to other ports of this host, too
                 found = page.ask("GET", path, Authorization=wrong, Cookie=sent)
                 assert (found.status, found.headers["www-authenticate"]) == (401, "Bearer"), path
+                assert "missing or wrong" in found.body["error"]["message"]
         for name in ("evil.example", "127.0.0.1.evil.example", ""):
             assert page.ask("GET", path, Host=name).status in (400, 403), path
         for origin in ("http://evil.example", "null", "http://127.0.0.1:1"):
