@@ -7,7 +7,6 @@ from typing import Any
 
 from launcher.base.model.run_event import exit_text
 from launcher.base.model.run_events import (
-    Asked,
     Ended,
     NotResponding,
     NotStarted,
@@ -101,7 +100,7 @@ class SuspensionCheck(SubjectCheck):
             if row["pid"] is not None
             and is_here(row)
             and (text := suspension_text(story, row["pid"]))
-            and not _is_paused_by_user(story, name := str(row["name"]))
+            and (name := str(row["name"])) not in story.paused_by_user
         }
 
 
@@ -112,11 +111,6 @@ def suspension_text(story: Story, pid: int) -> str:
     share = story.stops.share(pid)
     is_slowed = share >= SLOWED and story.stops.alternates(pid)
     return f"is suspended again and again, {share:.0%} of the time" if is_slowed else ""
-
-
-def _is_paused_by_user(story: Story, process: str) -> bool:
-    asked = [e for e in story.of(Asked, process) if e.event.verb in ("pause", "resume", "debug")]
-    return bool(asked) and asked[-1].event.verb != "resume"
 
 
 class ResponseCheck(Check):
@@ -234,6 +228,16 @@ class SidesCheck(SubjectCheck):
         self._both: dict[str, tuple[float, float, _Sides]] = {}
         self._facts: tuple[object, object] = (None, None)  # that `_sides` is of
         self._sides: dict[str, _Sides] = {}
+        self._has_looked = False
+
+    def look(self, story: Story, known: Collection[str] = ()) -> Iterator[Found]:
+        if not self._has_looked and story.graph is not None:
+            self._has_looked = True
+            for name in known:  # an earlier watcher has seen both
+                kind, _, topic = name.partition(": ")
+                if kind == self.kind:
+                    self._both[topic] = -BOTH_SIDES_S, 0.0, {}
+        yield from super().look(story, known)
 
     def find(self, story: Story) -> Mapping[str, FaultFinding] | None:
         graph = story.graph
@@ -259,8 +263,9 @@ class SidesCheck(SubjectCheck):
 
 def _can_return(before: _Sides, now: _Sides, story: Story) -> bool:
     """Whether a process of the side that is missing is in the run; a reload may have dropped it."""
-    (missing,) = before.keys() - now.keys()
-    return any(story.row(name) is not None for name in before[missing])
+    (missing,) = {True, False} - now.keys()
+    names = before.get(missing)
+    return names is None or any(story.row(name) is not None for name in names)
 
 
 def _sides(story: Story, graph: TopicGraph) -> dict[str, _Sides]:

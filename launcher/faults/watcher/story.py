@@ -140,6 +140,7 @@ class Story:
         self.observer: int | None = None
         self.facts = Facts()  # what is new since the last look
         self.is_stopping = False
+        self.paused_by_user: set[str] = set()  # or under a debugger
         self._graph: GraphSeen | None = None
         self._sighted_s = 0.0  # from when on ROS is seen
         # For each of the last graphs, the publishers of each topic.
@@ -157,6 +158,11 @@ class Story:
         self.now_s, self.facts = new.now_s, new
         for event in new.events:
             self.events.append(event)
+            if isinstance(event.event, Asked) and event.process is not None:
+                if event.event.verb in ("pause", "debug"):
+                    self.paused_by_user.add(event.process)
+                elif event.event.verb == "resume":
+                    self.paused_by_user.discard(event.process)
             if isinstance(event.event, LinkChanged):
                 self._links[event.event.host] = event  # type: ignore[assignment]
         while self.events and self.events[0].at_s < self.now_s - KEEP_S:

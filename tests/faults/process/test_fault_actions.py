@@ -62,7 +62,8 @@ class WatchedRun:
 
     def taken(self) -> list[dict[str, Any]]:
         path = self.folder / "log" / "latest" / "events.jsonl"
-        entries = map(json.loads, path.read_text().splitlines()) if path.exists() else []
+        *whole, _ = path.read_text().split("\n") if path.exists() else [""]
+        entries = map(json.loads, whole)
         return [one for one in entries if one["event"] == "fault action"]
 
     def wait_for_actions(self, count: int) -> list[dict[str, Any]]:

@@ -228,9 +228,31 @@ def test_a_topic_that_loses_a_side():
     run.wait(3)
     assert run.states() == {"both sides: /t": "active"}
     assert run.only().finding.processes == ("talker-1",)  # who has published it
-    run.graph(*PAIR)
-    run.wait(3)
-    assert set(run.states().values()) == {"healed"}
+
+    again = WatchedRun()  # of another watcher
+    again.now_s = run.now_s
+    again.table.resume([run.only().document(float)], float)
+    again.rows(TALKER, LISTENER)
+    again.graph(subscription("/t"))
+    again.wait(4)
+    assert again.states() == {"both sides: /t": "active"}
+    for one in (run, again):
+        one.graph(*PAIR)
+        one.wait(3)
+        assert set(one.states().values()) == {"healed"}
+
+
+def test_a_process_that_a_user_paused_long_ago_is_not_missed():
+    run = WatchedRun()
+    run.rows(TALKER)
+    run.story.stops.is_stopped = lambda pid: pid == 11  # type: ignore[method-assign]
+    run.happen("asked", "talker-1", verb="pause")
+    run.now_s += 1000
+    run.wait(2)
+    assert run.states() == {}
+    run.happen("asked", "talker-1", verb="resume")
+    run.wait(6)
+    assert run.states() == {"not suspended: talker-1": "active"}
 
 
 def test_topics_and_nodes_that_come_and_go_for_days_are_not_remembered():
