@@ -26,3 +26,6 @@ class Cause:
 
 
 MACHINE = "machine"
+BEFORE_S = 12.0  # a cause is at most so much earlier than its fault,
+LATER_S = 2.5  # and is seen at most so much later
+OF_TIME = ("rate", "gap", "latency")  # kinds of faults that depend on processor time

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
-from launcher.faults.causes.cause import Cause
+from launcher.faults.causes.cause import OF_TIME, Cause
 from launcher.faults.causes.grouping import Grouping, Incident
-from launcher.faults.causes.rules import OF_TIME, cause_of
+from launcher.faults.causes.rules import cause_of
 from launcher.faults.checks.check import GRACE_S, SETTLE_S, Check, Found
 from launcher.faults.model.fault import Fault
 from launcher.faults.model.fault_life import FaultChange, FaultState
