@@ -100,6 +100,7 @@ def wrong_value(system: WatchedSystem, chance: random.Random) -> AbstractContext
 @contextlib.contextmanager
 def leak(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
     node = chance.choice(SOURCES)
+    system.await_settled()  # what has just been started grows
     system.set_parameter(node, "leak", chance.choice((2, 3, 4)))
     yield
     os.kill(system.pid(node), signal.SIGKILL)  # it would keep what it has

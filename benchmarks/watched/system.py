@@ -111,7 +111,7 @@ class WatchedSystem:
         self._stack.callback(self._stop)
         self.run: ListedRun = wait_for_run(self._launcher.pid, READY_S)
         threading.Thread(target=self._follow, daemon=True).start()
-        self._await_watch()
+        self.await_settled()
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -125,7 +125,7 @@ class WatchedSystem:
             self._launcher.kill()
             self._launcher.wait()
 
-    def _await_watch(self) -> None:
+    def await_settled(self) -> None:
         """Until all processes have been running long enough to be judged."""
         deadline_s = time.monotonic() + READY_S
         while time.monotonic() < deadline_s:

@@ -85,6 +85,8 @@ class MemoryCheck(UsageCheck):
     is reported is the growth since it began, which may be long after the start of the window.
     """
 
+    debounce = Debounce(confirm_s=0.7, heal_s=5.0)
+
     def __init__(self, expectation: Expectation) -> None:
         below, growth = expectation.get("below"), expectation.get("growth")
         self._below = float("inf") if below is None else float(below)

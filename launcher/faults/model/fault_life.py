@@ -36,12 +36,15 @@ class Debounce:
 
 
 class FaultLife:
-    """One fault, from the first time that it was seen; `state` None: dismissed."""
+    """One fault, from the first time that it was seen; `state` None: dismissed.
+
+    `first_s` is since when it does not hold, `suspected_s` when that was noticed.
+    """
 
     def __init__(self, debounce: Debounce) -> None:
         self.debounce = debounce
         self.state: FaultState | None = None
-        self.first_s = self.last_s = 0.0
+        self.first_s = self.suspected_s = self.last_s = 0.0
         self.confirmed_s: float | None = None
         self.healed_s: float | None = None
         self.count = 0  # how often it was confirmed
@@ -59,6 +62,7 @@ class FaultLife:
                 self._before = self.first_s, self.confirmed_s, self.last_s, self.healed_s
             self.first_s = now_s if since_s is None else min(since_s, now_s)
             self._seen = 0
+            self.suspected_s = now_s
             self.state, self.confirmed_s, self.healed_s = FaultState.SUSPECTED, None, None
         self.last_s = now_s
         self._seen += times

@@ -14,8 +14,10 @@ from launcher.faults.model.fault import Fault
 from launcher.faults.model.fault_life import FaultChange, FaultState
 from launcher.faults.watcher.story import Story
 
-UNDECIDED_S = 0.7  # what explains a fault may be seen a moment later,
-ELSEWHERE_S = 1.7  # and on another host, which sends something each second, another second later
+UNDECIDED_S = 0.7  # what explains a fault may be seen so long after it is suspected,
+ELSEWHERE_S = (
+    1.7  # and on another host, which sends something each second, so long after it is confirmed
+)
 UPSTREAM_S = 3.0  # a fault of what its processes listen to may be about to be confirmed
 REVISED_S = 3.0  # as long a better cause replaces one that is weak
 UPDATE_S = 1.0  # so often at most, what was seen is reported anew
@@ -93,7 +95,7 @@ class FaultTable:
         if change is None:
             return
         if change is FaultChange.HEALED and fault.id in self._undecided:
-            self._undecided[fault.id] = -ELSEWHERE_S  # first that it was confirmed
+            self._undecided[fault.id] = -UPSTREAM_S  # first that it was confirmed
             fault.life.healed_s = now_s
             return
         if change is FaultChange.DISMISSED and fault.life.count == 0:
@@ -145,16 +147,21 @@ class FaultTable:
                 continue
             cause = cause_of(fault, story)
             is_clear = cause is not None and not cause.is_weak
-            if is_clear or story.now_s - since_s >= self._wait_s(fault, story):
+            if is_clear or self._is_due(fault, since_s, story):
                 del self._undecided[name]
                 found.append((fault, cause))
         return iter(_from_upstream(found, story))
 
-    def _wait_s(self, fault: Fault, story: Story) -> float:
-        """How long what explains it may still come."""
+    def _is_due(self, fault: Fault, confirmed_s: float, story: Story) -> bool:
+        """Whether nothing that explains it is to be expected any more."""
+        waited_s = story.now_s - confirmed_s
+        if waited_s >= UPSTREAM_S:
+            return True
         if any(self._is_pending(one) for one in self._upstream(fault, story)):
-            return UPSTREAM_S
-        return ELSEWHERE_S if story.hosts_of(fault.finding.processes) else UNDECIDED_S
+            return False
+        if story.hosts_of(fault.finding.processes):
+            return waited_s >= ELSEWHERE_S
+        return story.now_s - fault.life.suspected_s >= UNDECIDED_S
 
     def _is_pending(self, fault: Fault) -> bool:
         return fault.life.state is FaultState.SUSPECTED or fault.id in self._undecided
