@@ -122,7 +122,11 @@ def other_qos(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
 @contextlib.contextmanager
 def full_cpu(system: WatchedSystem, chance: random.Random) -> Iterator[None]:
     count = chance.randint(8, 12) * (os.cpu_count() or 1)
-    burners = [subprocess.Popen([sys.executable, "-c", _BURN]) for _ in range(count)]
+    # Each in a session: the kernel may share processors among sessions first (`sched_autogroup`).
+    burners = [
+        subprocess.Popen([sys.executable, "-c", _BURN], start_new_session=True)
+        for _ in range(count)
+    ]
     try:
         yield
     finally:

@@ -13,7 +13,7 @@ CLOCK_S = 6.0
 SILENT_S = 1.5  # of a host, which sends something each second; it is unreachable after 3 s
 STARVED = 0.5  # of the time some task waited for a processor,
 DELAYED = 0.1  # and the main thread of the process in question so much of it
-PRESSURE_S = 3.0
+PRESSURE_S = 1.0  # two samples: it begins as suddenly as what it explains
 
 
 def clock_step(fault: Fault, story: Story) -> Cause | None:
