@@ -10,7 +10,7 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
-from launcher.faults.watcher.watching import Watcher, WatchSettings
+from launcher.faults.watcher.watching import FaultWatcher, WatchSettings
 from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 
@@ -39,7 +39,7 @@ def main() -> None:
     requests: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(requests,), daemon=True, name="requests").start()
     try:
-        Watcher(settings, requests, say).run()
+        FaultWatcher(settings, requests, say).run()
     except LauncherError as error:
         say(mistake=error.render())
 

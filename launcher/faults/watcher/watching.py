@@ -63,7 +63,7 @@ class WatchSettings:
     expect: str | None = None
 
 
-class Watcher:
+class FaultWatcher:
     """`say` writes a line for the launcher; `requests` are its lines."""
 
     def __init__(self, settings: WatchSettings, requests: queue.SimpleQueue[Any], say: Say) -> None:

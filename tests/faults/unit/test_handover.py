@@ -6,7 +6,7 @@ import queue
 from typing import Any
 
 from launcher.faults.watcher.handover import EARLIER_S, OPEN_S, Handover
-from launcher.faults.watcher.watching import Watcher, WatchSettings
+from launcher.faults.watcher.watching import FaultWatcher, WatchSettings
 from launcher.smoke.observe.facts import Facts, LogLine, ObservedMessage
 
 OLD_S, NEW_S = -60.0, -0.5  # the new watcher begins at 0
@@ -41,11 +41,11 @@ def test_later_messages_of_a_clock_that_is_behind_are_judged():
     assert len(found.messages) == 2
 
 
-def begun(written_s: float | None) -> Watcher:
+def begun(written_s: float | None) -> FaultWatcher:
     """A watcher that looks for the first time."""
     requests: queue.SimpleQueue[Any] = queue.SimpleQueue()
     settings = WatchSettings(socket="", run_folder=None, launch_file="x.launch.py")
-    watcher = Watcher(settings, requests, lambda **report: None)
+    watcher = FaultWatcher(settings, requests, lambda **report: None)
     watcher._observations.begin()
     watcher._begin_history({"run": {"id": "1"}, "launcher": "1", "ros": None})
     if written_s is not None:
