@@ -131,6 +131,9 @@ class ProcessCheck(ExpectationCheck):
         if not bad:
             return True, None
         names = tuple(str(row["name"]) for row in bad)
-        text = ", ".join(f"{row['name']} is {row['state'].lower()}" for row in bad)
-        text = text.replace(" is exited", " has exited")
+        text = ", ".join(f"{row['name']} {_state_text(row['state'])}" for row in bad)
         return True, FaultFinding(seen=text, processes=names)
+
+
+def _state_text(state: str) -> str:
+    return "has exited" if state == "EXITED" else f"is {state.lower()}"
